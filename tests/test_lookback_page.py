@@ -144,8 +144,8 @@ def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any
     page.locator("#time").press("Home")
     page.keyboard.press(".")
     expect(page.locator("#now")).to_have_text(f"0:{int(first * 10 + 0.5) / 10:04.1f}")
-    listed = page.locator("#moments time").all_inner_texts()
-    assert clock(first, EXACT) in listed and "0:02.50" in listed
+    for time in (clock(first, EXACT), "0:02.50"):
+        expect(page.locator("#moments time").get_by_text(time, exact=True).first).to_be_attached()
     page.get_by_role("button", name="Mark <img src=x onerror=alert(1)> by Kai").click()
     expect(page.locator("#now")).to_have_text("0:02.5")
     expect(page.locator("#moments [aria-current]")).to_contain_text("onerror")
@@ -164,7 +164,7 @@ def test_a_time_is_rounded_alike_by_the_server_and_in_the_browser(page: Any) -> 
         const { clock, EXACT } = await import(new URL("../../run/time.js", main));
         return times.map((t) => [clock(t), clock(t, EXACT)]);
     }"""
-    assert page.evaluate(script, times) == [[clock(t), clock(t, EXACT)] for t in times]
+    becomes(lambda: page.evaluate(script, times), [[clock(t), clock(t, EXACT)] for t in times])
     assert clock(49.433) != clock(49.467) and clock(49.467) == "0:49.5"
 
 
