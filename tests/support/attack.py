@@ -59,6 +59,7 @@ JSON: dict[str, dict[str, Any]] = {
     "sheet.change look": {
         **_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6}], "bold": True, "fill": "green", "wrap": False,
     },
+    "sheet.change column": {**_WHO, "sheet": "Devices", "row": "ROW", "setting": "Every"},
     "sheet.change undo": {**_WHO, "sheet": SHEET},
     "sheet.change redo": {**_WHO, "sheet": SHEET},
     "sheet.change lock": _PLACE,
