@@ -316,13 +316,6 @@ def test_the_first_fix_writes_the_formula_as_the_remedy_says(formula, connector,
         assert finding.remedy == f"Write {new}."
 
 
-def test_a_misspelt_connector_does_not_hide_a_misspelt_name(tmp_path):
-    text = "| | Red ball | fliter | redBal.x < 1 | X |" + PRINT
-    assert check(rows(text, header=COLUMNS)).report.flatten(["code", "cell"]) == [("CONN002", "C2"), ("FORM004", "D2")]
-    changes, found = fixed(text, tmp_path)
-    assert found == [] and [c.new for c in changes] == ["filter", "redBall.x < 1"]
-
-
 def test_two_misspellings_of_one_name_in_one_cell_are_both_corrected(tmp_path):
     changes, found = fixed("| | Red ball | map | redBal.x + redBll.y | X |" + PRINT, tmp_path)
     assert found == [] and changes[-1].new == "redBall.x + redBall.y"

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import Fix, Put, meant, surely
+from rrp_sheets.diagnostics.report import Fix, Put, meant
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.graph.names import Names
@@ -130,9 +130,6 @@ class _Builder:
                 )
                 remedy = N_(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
-            if guess and row.formula and surely(cell.text, guess):  # what is wrong with its formula is told too
-                self.failed = True
-                return self.connectors.get(guess)
         return connector
 
     def _called(self, word: str) -> str | None:
