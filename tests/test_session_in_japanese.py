@@ -85,7 +85,7 @@ def test_a_session_is_in_japanese_from_the_workbook_to_the_recording(reader: Gri
     assert not english(page), english(page)
     reader.press("Escape", "F2", "Escape")
     page.goto(f"{url}/book/挨拶.xlsx/sheet/試し")
-    expect(page.locator(".verdict").first).to_be_visible()
+    expect(page.get_by_text("エラーがあるため実行していません").first).to_be_visible()
     assert not english(page), english(page)
     page.goto(f"{url}/book/挨拶.xlsx/sheet/追う")
     listening(page)
