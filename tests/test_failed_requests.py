@@ -133,7 +133,7 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
             "The answer could not be shown. Reload the page.",
         ),
     ):
-        expect(told).to_contain_text("Aya is running a.xlsx")
+        expect(told).to_contain_text("Aya has been running a.xlsx")
         page.route("**/run/stop?*", answer)
         page.click("#run-strip .stop")
         expect(told).to_have_text(words)
@@ -159,12 +159,12 @@ def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
     told = page.locator("#run-strip .what")
     page.route("**/run/now", lambda route: route.fulfill(json=going))
     page.goto("/")
-    expect(told).to_contain_text("Aya is running a.xlsx")
+    expect(told).to_contain_text("Aya has been running a.xlsx")
     page.route("**/run/now", lambda route: route.abort())  # it asks again by itself
     expect(told).to_contain_text(f"This page cannot tell if a.xlsx is still running. {AWAY}")
     page.route("**/run/now", lambda route: route.fulfill(json=going))
     page.evaluate(LOOKED_AT)
-    expect(told).to_contain_text("Aya is running a.xlsx")
+    expect(told).to_contain_text("Aya has been running a.xlsx")
     page.route("**/run/now", lambda route: route.fulfill(status=403, body=FAULT))
     page.evaluate(LOOKED_AT)
     words = "You are not logged in any more, or the program"
