@@ -138,7 +138,7 @@ DOES = {
     "two rows": lambda typed, mended: len(mended) > 3,
     "devices": lambda typed, mended: bool(mended[0]),
     "add this value to the sensor": lambda typed, mended: typed[0] in mended[0],
-    "proposed rows": lambda typed, mended: bool(mended[0]),
+    "the program proposes": lambda typed, mended: bool(mended[0]),
     "blank cell": lambda typed, mended: bool(mended[0]),
     "these fields": lambda typed, mended: bool(mended[0]),  # or nobody takes part
     "write the text in english": lambda typed, mended: mended[0].isascii() and not typed[0].isascii(),
