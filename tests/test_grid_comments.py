@@ -287,7 +287,10 @@ def test_a_header_has_its_comments_which_are_answered_and_undone_there(shelf: Bo
 def test_a_sheet_of_ones_own_shows_its_comments_also_beyond_its_texts(shelf: Books) -> None:
     path = shelf.file({"T": [["From", "Operator", "Parameter", "To"], ["Red ball", "map", "1", "A"]], "Mine": [["x"]]})
     note = (Comment(new_id(), "Aya", "2026-11-02T09:05:00Z", "mine"),)
-    edit(path, [SetComments("Mine", 1, 1, note), SetComments("Mine", 40, 3, note)])
+    edit(
+        path,
+        [SetComments("Mine", 1, 1, note), SetComments("Mine", 40, 3, note), SetComments("Mine", 1_048_576, 2, note)],
+    )
     grid = shelf.open(path=path, sheet="T")
     grid.page.get_by_role("link", name="Mine").click()
     becomes(lambda: marked(grid), ["Comment: mine (Aya)"] * 2)

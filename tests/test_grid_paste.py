@@ -53,6 +53,8 @@ CLIPBOARDS = {  # text, HTML, cells
     "Markdown": ('| Face | map | "Hello" |\n|---|---|---|\n| a \\| b | `x<1` | 1<br>2 |\n', "", [
         ["Face", "map", '"Hello"'], ["a | b", "x<1", "1\n2"],
     ]),
+    "dashes in a Markdown table": ("| Face | map |\n|---|---|\n| - | - |\n", "", [["Face", "map"], ["-", "-"]]),
+    "a rule alone": ("|---|", "", [["|---|"]]),
     "a part of a Markdown table": ('| Face | map |\nand more', "", [["| Face | map |"], ["and more"]]),
 }  # fmt: skip
 

@@ -163,7 +163,7 @@ QUERIES = {
         ("長さ", "protocol|recordings"), ("列を追加", "keys|sheets"),
     ],
 }  # fmt: skip
-"""What people type, by language, and the pages (one of them) that must be among the first three."""
+"""Queries by language; at least one of the pages beside each must be among the first three hits."""
 ASKED = [(query, pages, language) for language, table in QUERIES.items() for query, pages in table]
 
 

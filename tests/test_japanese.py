@@ -155,7 +155,7 @@ def test_words_of_devices_settings_and_scene_are_those_that_sheets_take() -> Non
     for kind in KINDS.values():
         pairs.append((shown(kind.name, "scene"), words_of_sheets.japanese_thing(kind.name)))
         pairs += [(shown(verb.name, "scene"), word(words_of_sheets.VERBS, verb.name)) for verb in kind.verbs]
-    assert [pair for pair in pairs if pair[0] != pair[1] and pair[1].isascii() is False] == []
+    assert [pair for pair in pairs if pair[0] != pair[1] and not pair[1].isascii()] == []
 
 
 # ---- one word for one term ----
@@ -201,7 +201,7 @@ def test_the_words_of_the_glossary_are_those_of_the_texts() -> None:
     texts_of = list(translations())
     assert len(entries) > 30
     for own, term in entries:
-        assert own not in NOT_USED.values() and not re.search(NOT_USED.get(term, "^$"), own)
+        assert not re.search(NOT_USED.get(term, "^$"), own)
         said = [text for english, text in texts_of if re.search(rf"\b{term}s?\b", english, re.IGNORECASE)]
         stem = own.removesuffix("り")
         assert not said or sum(stem in text for text in said) * 3 > len(said), (term, own)

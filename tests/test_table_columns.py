@@ -144,3 +144,15 @@ def test_tests_of_a_stream_with_rows_of_the_table_follow(tmp_path: Path) -> None
     test = [["Time (ms)", "Stream", "Send", "Expect"], ["0", "Part", "", "zone=1"], ["0", "Other", "", "zone=1"]]
     sure, _ = renamed(tmp_path, "part.ask", Test=test)
     assert sure == ["touchZone=1"]
+
+
+def test_a_stream_with_brackets_in_its_name_is_renamed(tmp_path: Path) -> None:
+    rows = [
+        ["Input streams", "Connector", "Formula", "Output stream"],
+        ["Red ball", "map", "redBall.distance", "Far [cm]"],
+    ]
+    path = make_workbook({"T": [*rows, ["Far [cm]", "subscribe", "", "Print"]]}, tmp_path / "b.xlsx")
+    assert command(path, "Far [cm]", "Near", "--preview")[:2] == [
+        "T!D2: “Far [cm]” → “Near”",
+        "T!A3: “Far [cm]” → “Near”",
+    ]

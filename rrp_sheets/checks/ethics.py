@@ -26,7 +26,7 @@ _CHILDREN = re.compile(
     r"|子ども|子供|こども|児童|幼児|小学生|中学生|未成年|園児|児",
     re.IGNORECASE,
 )
-_BOTH_ARMS = frozenset(f"{side} arm" for side in ("left", "right"))
+_BOTH_ARMS = frozenset(f"{side} arm" for side in ("left", "right"))  # parts of the robot, not texts
 Texts = tuple[str, str, str, str, str]
 """Risk, for whom, how likely, what reduces it, who ends the session when."""
 
@@ -172,11 +172,11 @@ class Study:
             return None
         volumes = [v for s in voices if isinstance(v := s.settings.get("volume"), (int, float))]
         volume = max(volumes, default=100)
-        least = N_("The volume is {volume:g} % at most.", volume=volume) if volume < 100 else ""
+        limit = N_("The volume is {volume:g} % at most.", volume=volume) if volume < 100 else ""
         return (
             N_("Startled by the robot's voice or by a sound"), self._whom,
             N_("Possible, most of all at the first sentence or sound"),
-            sentences(least, N_("The loudspeaker should be set before the session, and the voice heard once, quietly, "
+            sentences(limit, N_("The loudspeaker should be set before the session, and the voice heard once, quietly, "
                                 "before it begins.")),
             N_("The operator presses Stop when somebody covers the ears, cries or wants to leave."),
         )  # fmt: skip

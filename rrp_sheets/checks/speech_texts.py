@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import itertools
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -23,6 +24,8 @@ _FORMS: Mapping[str, Callable[[str], str]] = {
     "LOWER": str.lower, "UPPER": str.upper, "PROPER": str.title, "TRIM": str.strip,
 }  # fmt: skip
 _MADE = frozenset({"map", "combineLatest", "accumulate"})
+OPEN = re.compile("‹[^‹›|]*›")
+"""In a text: what only the run decides."""
 SpokenTexts = dict[str, None]
 """Texts in their order, each once."""
 
@@ -57,6 +60,8 @@ class SpeechTexts:
         else:
             for stream in dict.fromkeys(step.inputs):
                 found |= self._of_stream(stream, 0)
+        if self._left < 0:
+            self._found.clear()  # what was cut short for this row may be whole for the next
         return [text for text in found if text]
 
     def cell_of(self, step: Step, text: str) -> Address:

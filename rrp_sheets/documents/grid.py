@@ -11,6 +11,8 @@ from itertools import groupby, pairwise
 
 from rrp_sheets.documents.marks import CellMarks, Mark, look_edit, restoring
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
+from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.comments import Thread, merged
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell, SetComments, parse_typed
@@ -649,3 +651,8 @@ def clash(grid: Grid, clashes: list[Clash]) -> Refused:
         mine=first.mine,
     )  # fmt: skip
     return Refused(message, _AGAIN, tuple(clashes))
+
+
+def setting_columns(grid: Grid) -> dict[str, int]:
+    """Return the numbers of the columns of a sheet Devices by the keys of their English names."""
+    return {key(c.name or japanese.standard(japanese.SETTINGS, c.header)): c.number for c in grid.columns}

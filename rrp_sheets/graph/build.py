@@ -103,7 +103,7 @@ class _Builder:
             output = self.names.output(row, connector, read_below[i]) if connector else None
             if connector is not None and not refused and inputs is not None and output is not None:
                 steps.append(self._step(row, connector, inputs, output))
-            else:  # also of a row that is off: it is meant to be used
+            else:  # rows that are off count too: their inputs are not unused
                 self.failed = True
                 self.refused = self.refused or refused or inputs is None
                 self.read.update(inputs or ())

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
-from rrp_sheets.diagnostics.catalogue import TOPICS, completed, load_page
-from rrp_sheets.help.layout import Block, checked, entries, heading, in_language, paragraph, remark, titled, workbook
+from rrp_sheets.diagnostics.catalogue import TOPICS, load_page
+from rrp_sheets.help.layout import Block, checked, entries, heading, paragraph, remark, titled, workbook
 from rrp_sheets.texts import N_, LazyMessage
 
 _KINDS = {
@@ -39,8 +39,9 @@ def one_code(code: Code, language: str = "en") -> Iterator[Block]:
     if page.untabled:
         yield titled(N_("For example"), remark(page.text("untabled")))
         return
-    yield titled(N_("Wrong"), workbook(f"{code.id} wrong", page.wrong, language, drawn=False))
-    for finding in checked(in_language(completed(page.wrong), language)).report:
+    wrong = workbook(f"{code.id} wrong", page.wrong, language, drawn=False)
+    yield titled(N_("Wrong"), wrong)
+    for finding in checked(wrong.source).report:
         if finding.code == code.id and finding.address is not None:
             said = remark(N_("{address}: {message}", address=finding.address, message=finding.message))
             yield titled(N_("The check says"), said, remark(N_("→ {remedy}", remedy=finding.remedy)))

@@ -245,7 +245,7 @@ def all_names() -> tuple[HelpEntry, ...]:
         *(HelpEntry(topic, "topic", line, tuple(WORDS[topic].split())) for topic, line in TOPICS.items()),
         *(HelpEntry(c.name, "connector", c.help_message(), c.words) for c in dict.fromkeys(connectors())),
         *(HelpEntry(f.name, "function", first_line(f), f.words) for f in dict.fromkeys(library())),
-        *(HelpEntry(f.name, f.type.kind, N_(f.type.help, msgctxt=f"{f.type.name}.help"), _first_words(f))
+        *(HelpEntry(f.name, f.type.kind, N_(f.type.help, msgctxt=f"{f.type.name}.help"), _words_if_shortest(f))
           for f in _devices()),
         *(HelpEntry(c.id, c.severity.value, c.text("title", {})) for c in CODES.values()),
     )  # fmt: skip
@@ -255,8 +255,8 @@ def _devices() -> list[FoundDevice]:
     return [found for found in load_robot().names.values() if found.offered]
 
 
-def _first_words(found: FoundDevice) -> tuple[str, ...]:
-    """Return the plain words of a device, if this is its short name."""
+def _words_if_shortest(found: FoundDevice) -> tuple[str, ...]:
+    """Return the plain words of a device, for the shortest of its names only."""
     robot, kind = load_robot(), found.type
     names = [f.name for f in robot.names.values() if f.offered and f.type.name == kind.name and "joint" not in f.preset]
     return plain_words(kind, robot) if found.name == min(names, key=len) else ()

@@ -89,8 +89,12 @@ def rename(
         UnreadableFile: the file cannot be read.
     """
     reading, checked = read_and_check(path)
-    field, (named, found, name) = _FIELD.fullmatch(old), old.rpartition("!")
-    sheet, name = field.groups() if field else (named, name) if found else (sheet, old)
+    named, found, name = old.rpartition("!")
+    field = None if renaming.is_named(checked, name) else _FIELD.fullmatch(old)  # names may have brackets too
+    if field:
+        sheet, name = field.groups()
+    elif found:
+        sheet = named
     tables = _tables(reading)
     must = bool(field) or key(sheet) in tables  # be a column
     column = _column(tables, name, sheet, must=must) if must or not renaming.is_named(checked, name) else None

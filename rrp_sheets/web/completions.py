@@ -127,7 +127,8 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
 
 def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
     """Return a device with one of its choices in Japanese, such as “手を振る”."""
-    ((setting, choice),), zone = found["adds"]["settings"].items(), found["group"] == "zone"
+    zone = found["group"] == "zone"
+    [(setting, choice)] = found["adds"]["settings"].items()
     (own,) = japanese.japanese(japanese.ZONES if zone else japanese.MOVES, [choice])
     (device,) = japanese.japanese(japanese.DEVICES, [found["adds"]["device"]])
     text = f"{own}への接触" if zone else own
@@ -235,16 +236,17 @@ def _devices(
 
 def _missing_columns(analysis: Analysis, columns: Sequence[str] | None, language: str) -> list[dict[str, str]]:
     """Return the settings that devices of the sheet Devices take and have no column for, required ones first."""
+    if columns is None:
+        return []
     found: dict[str, tuple[Setting, list[str]]] = {}
-    for device in analysis.workbook.devices if columns is not None else ():
+    for device in analysis.workbook.devices:
         known = analysis.robot.find(device.device.text)
         for k, setting in known.type.settings.items() if known else ():
-            if k not in (columns or ()):
+            if known and k not in columns and k not in known.preset:
                 found.setdefault(k, (setting, []))[1].append(device.stream.text)
-    ordered = ((setting_header(s.name, language), s, streams) for s, streams in found.values())
     return [
-        {"text": header, "name": s.name, "help": described(s), "streams": listed(streams)}
-        for header, s, streams in sorted(ordered, key=lambda one: not one[1].required)
+        {"text": setting_header(s.name, language), "name": s.name, "help": described(s), "streams": listed(streams)}
+        for s, streams in sorted(found.values(), key=lambda one: not one[0].required)
     ]
 
 

@@ -20,11 +20,9 @@ from typing import Any
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
-from rrp_sheets.documents.grid import HEADER
+from rrp_sheets.documents.grid import HEADER, setting_columns
 from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model import japanese
-from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.page_texts import Versions, json_in
 from rrp_sheets.runs.check_worker import CheckWorker
@@ -442,9 +440,7 @@ class WorkbookSession(Broadcaster):
             kept = self._words.get(language)
         if kept is None or kept[0] is not analysis:
             devices = next((grid for grid in self.document.grids.values() if grid.kind == "devices"), None)
-            columns = None
-            if devices is not None and not self.document.why:
-                columns = [key(japanese.standard(japanese.SETTINGS, column.header)) for column in devices.columns]
+            columns = list(setting_columns(devices)) if devices is not None and not self.document.why else None
             text = json_in(vocabulary(analysis, columns, language_of_sheets(self.document.grids.values())), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:

@@ -243,9 +243,9 @@ class WorkbookTests:
             found[test.sheet] = replace(test, marks={row: marks[number] for row, number in ids if number in marks})
         for state, names in ((WAITS, answer.waiting), (LATE, answer.late)):
             found |= {name: Tested(name, state) for name in names}
-        for name, test in found.items() if answer.rows else ():  # rows were left out: its failure says nothing
-            if test.state == FAILS and (number_of(name) is None or name in self._held):
-                found[name] = Tested(name, WAITS)
+        if answer.rows:  # were left out: a failure says nothing, but that of a lesson, whose rows are yet to be written
+            failed = [name for name, test in found.items() if test.state == FAILS]
+            found |= {n: Tested(n, WAITS) for n in failed if number_of(n) is None or n in self._held}
         ordered = tuple(found[name] for name in self.sheets if name in found)
         self._held |= {test.sheet for test in ordered if test.state == PASSES}
         rows = tuple(N_("{sheet} row {row}", sheet=a.sheet, row=a.row) for a in answer.rows)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from rrp_sheets.checks.lints.context import LintContext, row_key
-from rrp_sheets.checks.speech_texts import SpeechTexts
+from rrp_sheets.checks.speech_texts import OPEN, SpeechTexts
 from rrp_sheets.diagnostics.report import Fix
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import setting_edits
@@ -20,7 +20,6 @@ _KANA = re.compile("[\u3041-\u3096\u30a1-\u30fa\uff66-\uff9d]")
 _HAN = re.compile("[\u3400-\u9fff]")
 _LATIN = re.compile("[A-Za-z\u00c0-\u024f]{2,}")
 _SEVERAL = 3  # Latin words: one or two may be a name
-_UNKNOWN = re.compile("‹[^‹›|]*›")  # what is not known before the run
 _LONGEST = 60  # letters of a text that are shown
 _MOST = 20  # rows of one stream that are told
 _LETTERS = {JAPANESE: N_("Japanese letters"), ENGLISH: N_("Latin letters")}
@@ -37,8 +36,9 @@ def lint_spoken_language(context: LintContext) -> None:
         if key(stream.name) in unclear:
             continue  # its language may be what is wrong
         if step.connector.is_sink and stream.device is not None and "language" in stream.settings:
-            fixed = [str(stream.settings["text"] or "")] if "text" in stream.settings else None
-            said.setdefault(stream.id, []).append((step, speech.texts_of(step) if fixed is None else fixed))
+            is_fixed = "text" in stream.settings
+            texts = [str(stream.settings["text"] or "")] if is_fixed else speech.texts_of(step)
+            said.setdefault(stream.id, []).append((step, texts))
     for name, rows in said.items():
         _tell(context.graph.streams[name], rows, speech, context)
 
@@ -51,7 +51,7 @@ def language_of_text(text: str, voice: str) -> str:
     >>> language_of_text("NAO", "ja"), language_of_text("你好", "cmn"), language_of_text("赤は red です", "ja")
     ('', '', '')
     """
-    text, base = _UNKNOWN.sub(" ", text), voice.partition("-")[0]
+    text, base = OPEN.sub(" ", text), voice.partition("-")[0]
     if base == JAPANESE:
         strange = len(_LATIN.findall(text)) >= _SEVERAL and not _is_japanese(text)
         return ENGLISH if strange else ""
@@ -85,7 +85,7 @@ def _tell(
                language=N_(languages.get(other, other), msgctxt="value"))  # fmt: skip
     fixes = [Fix("other-language", title, edits)] if edits and not mixed else []
     for step, whole in wrong[: _MOST if mixed else 1]:
-        text = _UNKNOWN.sub(" ", whole).strip()
+        text = OPEN.sub(" ", whole).strip()
         text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
         place = _text_cell(stream, context) or speech.cell_of(step, whole)
         context.report.add(

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
+from rrp_sheets.checks.speech_texts import OPEN
 from rrp_sheets.graph import Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
@@ -73,8 +74,13 @@ def _talks_with_its_arms(stream: Stream) -> bool:
 
 
 def count_texts(said: Iterable[Said]) -> int:
-    """Return how many different texts there can be; of `‹a | b›` each possibility counts."""
-    return sum(math.prod(choice.count("|") + 1 for choice in _CHOICE.findall(text)) for text in all_texts(said))
+    """Return how many different texts there can be; of `‹a | b›` each possibility counts.
+
+    >>> count_texts([Said((), ("‹Hello ‹name› | Bye ‹name› | Hi›!", "Well done"), 0, "")])
+    4
+    """
+    texts = (OPEN.sub("", text) for text in all_texts(said))
+    return sum(math.prod(choice.count("|") + 1 for choice in _CHOICE.findall(text)) for text in texts)
 
 
 def all_texts(said: Iterable[Said]) -> list[str]:

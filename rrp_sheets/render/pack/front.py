@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.checks.protocol import kept_kinds, names_of
+from rrp_sheets.checks.speech_texts import OPEN
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import people, study
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
@@ -16,7 +16,6 @@ from rrp_sheets.render.style import clean
 from rrp_sheets.texts import capital, translate
 
 MOST_OCCASIONS = 8
-_OPEN = re.compile("‹[^|›]*›")  # what only the run decides; of several possibilities all are printed
 _FIELDS = (
     ("version", "Version"), ("authors", "Authors"), ("reference", "Ethics reference"), ("contact", "Contact"),
     ("participants", "Participants"),
@@ -93,7 +92,7 @@ def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
     if people.remembers_faces(source):
         keeps.append("keeps_faces" if run.keeps_faces else "forgets_faces")
     texts = doing.count_texts(said)
-    is_open = any(_OPEN.search(text) for text in doing.all_texts(said))
+    is_open = any(OPEN.search(text) for text in doing.all_texts(said))
     says = "nothing" if not texts else "open" if is_open else "one" if texts == 1 else "some"
     moving = doing.moving_parts(source)
     parts = [get(f"part.{p}") for p in moving]

@@ -74,7 +74,7 @@ def make_sheet(
     source = Source(reading, checked, words, Rows(checked.graph, checked.workbook, words))
     writer = _Writer(source)
     robot = clean(checked.robot.title)
-    is_draft = "draft" if draft or checked.report.errors else "draft_open" if writer.is_open() else ""
+    status = "draft" if draft or checked.report.errors else "draft_open" if writer.is_open() else ""
     ages = [int(age) for age in _AGES.findall(source.protocol("Participants"))]
     aloud = writer.study.has_children and min(ages, default=99) <= MOST_READ_ALOUD
     version = clean(source.protocol("Version"))
@@ -84,7 +84,7 @@ def make_sheet(
         study=shortened(clean(source.protocol("Title")), 60), aloud=writer.say("aloud") if aloud else "",
         mark=writer.say("mark"), intro=writer.intro(robot), picture=_picture(checked),
         alt=writer.say("alt", robot=robot), parts=writer.parts(),
-        status=writer.say(is_draft) if is_draft else "", foot=shortened(foot, 60), notes=tuple(writer.notes),
+        status=writer.say(status) if status else "", foot=shortened(foot, 60), notes=tuple(writer.notes),
     )  # fmt: skip
 
 
@@ -130,7 +130,7 @@ class _Writer:
         return self.say(entry, text=shortened(clean(text), LONGEST).rstrip(".。")) if text else ""
 
     def is_open(self) -> bool:
-        """Return whether it promises what the Protocol sheet does not state yet: how one says no, and stops."""
+        """Return whether the Protocol sheet does not state yet how one says no and stops, which the page promises."""
         return bool({"Assent", "Dissent", "Withdrawal"} & {*self.study.missing_fields()})
 
     def intro(self, robot: str) -> SheetPart:

@@ -21,7 +21,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import MORE_LATER, FixEdit, Insert, Put, checks_wait
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
+from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing, setting_columns
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.graph.device_table import setting_header
@@ -414,14 +414,9 @@ def _add_column(session: WorkbookSession, document: Document, author: str, given
     grid = document.grids.get(document.current(text_of(given, "sheet")))
     if grid is None or grid.kind != "devices" or not any(key(name) in device.settings for device in known):
         raise BadRequest
-    if not (steps := _new_columns(document, _setting_columns(grid), [name])):
+    if not (steps := _new_columns(document, setting_columns(grid), [name])):
         raise Refused(N_("The sheet has this column already."), N_("Reload the page."))
     return replace(document.together(author, steps), cursor=(text_of(given, "row"), steps[0].column))
-
-
-def _setting_columns(grid: Grid) -> dict[str, int]:
-    """Return the numbers of the columns of a sheet Devices by the keys of their English names."""
-    return {key(c.name or japanese.standard(japanese.SETTINGS, c.header)): c.number for c in grid.columns}
 
 
 def _new_columns(document: Document, columns: dict[str, int], settings: Sequence[str]) -> list[PutHeader]:
@@ -441,16 +436,16 @@ def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutText
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
         raise BadRequest
     grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
-    columns = _setting_columns(grid) if grid else {}
+    columns = setting_columns(grid) if grid else {}
     if grid is None or not {"stream", "device"} <= set(columns):
         return []
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
     free = iter(grid.rows[grid.filled() :])
-    names = (japanese.standard(japanese.DEVICES, text_of(one, "device")) for one in given[:_MOST_DEVICES])
-    settings = (s for d in map(robot.find, names) if d for k, s in d.type.settings.items() if k not in d.preset)
-    needed = [s.name for s in settings if s.required]
+    new = [one for one in given[:_MOST_DEVICES] if key(text_of(one, "stream")) not in have]
+    devices = [robot.find(japanese.standard(japanese.DEVICES, text_of(one, "device"))) for one in new]
+    needed = [s.name for d in devices if d for k, s in d.type.settings.items() if s.required and k not in d.preset]
     steps: list[PutTexts | AddRows | PutHeader] = [*_new_columns(document, columns, needed)]
-    for one in given[:_MOST_DEVICES]:
+    for one in new:
         settings = one.get("settings", {})
         if not isinstance(settings, dict) or not all(isinstance(text, str) for text in settings.values()):
             raise BadRequest
@@ -738,7 +733,7 @@ def own_grid(document: Document, name: str) -> Grid:
     width = min(max((column for _, column in (*sheet.cells, *threads)), default=1), MOST_COLUMNS)
     grid = Grid(name, "own", 1, tuple(GridColumn(number, "") for number in range(1, width + 1)))
     grid.load(sheet)
-    grid.add_blank(max((number for number, _ in threads), default=0) - len(grid.rows))
+    grid.add_blank(min(max((number for number, _ in threads), default=0), MOST_OWN_ROWS) - len(grid.rows))
     grid.texts = {f"r{number}": grid.texts[row] for row, number in grid.numbers().items() if number <= MOST_OWN_ROWS}
     grid.rows = [*grid.texts]
     grid.marks.load(dict(enumerate(grid.rows, 1)), threads, looks)

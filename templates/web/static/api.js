@@ -7,7 +7,7 @@ import { t } from "./texts.js";
 const ANSWER_WITHIN_MS = 60_000; // as htmx waits
 const PAUSES_S = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // before the next try of an edit; then it waits for a person
 const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
-const UNREACHED = t("This page has no connection to the program. Check that the program is running, then try again.");
+export const UNREACHED = t("This page has no connection to the program. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
   403: t("You are not logged in any more, or the program was started again."),
   404: t("This is no longer there: somebody has renamed, moved or deleted it. Reload the page to see what there is now."),

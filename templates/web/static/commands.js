@@ -132,11 +132,12 @@ export const COMMANDS = [
 ];
 
 const COPYING = ["cut", "copy", "paste", "clear", ""];
+const COLUMN = ["fitColumn", "filter", "filterAgain", "showAll"];
 const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: [...COPYING, "renameName", "renameColumn", "addColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
+  cell: [...COPYING, "renameName", "renameColumn", "addColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS, "", ...COLUMN],
   rows: [...COPYING, "fillDown", ...ROWS, "addColumn"],
-  head: ["renameColumn", "addColumn", "fitColumn", "filter", "filterAgain", "showAll"],
+  head: ["renameColumn", "addColumn", ...COLUMN],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
 

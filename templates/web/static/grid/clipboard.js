@@ -298,7 +298,8 @@ const MARKDOWN_RULE = /^[\s:|-]*-[\s:|-]*$/;
 function markdownOf(text) {
   const lines = text.trim().split(/\r\n?|\n/).map((line) => MARKDOWN_ROW.exec(line)?.[1]);
   if (lines.includes(undefined)) return null;
-  return lines.filter((line) => !MARKDOWN_RULE.test(line)).map((line) => line.split(/(?<!\\)\|/).map(fromMarkdown));
+  const rows = lines.filter((line, i) => i > 1 || !MARKDOWN_RULE.test(line));
+  return rows.length ? rows.map((line) => line.split(/(?<!\\)\|/).map(fromMarkdown)) : null;
 }
 
 function fromMarkdown(cell) {

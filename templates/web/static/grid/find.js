@@ -1,6 +1,6 @@
 // Find and replace in the sheet that is shown, or in all sheets, with a list of what was found.
 
-import { request } from "../api.js";
+import { UNREACHED, request } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
 import { key } from "./editor.js";
@@ -90,7 +90,7 @@ export function finder(grid) {
     const { ok, json } = await request(`${server.url}/texts`);
     if (mine !== newest) return null;
     if (!ok) {
-      grid.say(t("This page has no connection to the program. Check that the program is running, then try again."), "error");
+      grid.say(UNREACHED, "error");
       return null;
     }
     const has = matcher();

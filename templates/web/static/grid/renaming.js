@@ -1,6 +1,6 @@
 // Names that a cell gives or uses, changed in all cells that have them.
 
-import { request } from "../api.js";
+import { UNREACHED, request } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
@@ -70,7 +70,7 @@ export class Renaming {
     const query = new URLSearchParams({ old, new: name, ...(column ? { column } : {}) });
     const { ok, json } = await request(`${server.url}/renaming/${encodeURIComponent(server.sheet)}?${query}`);
     if (mine !== this.looks) return null;
-    return ok ? { ...json, name } : { name, message: t("This page has no connection to the program. Check that the program is running, then try again.") };
+    return ok ? { ...json, name } : { name, message: UNREACHED };
   }
 
   /** Outline the cells that change with the name that is being typed; null for none. */

@@ -1,7 +1,7 @@
 // Comments of cells: shown beside the cell on hover and where the cursor rests, written in a panel, and all of them in a list.
 // A text that was not sent stays in the tab, also over a reload.
 
-import { isNamed, request, shownName } from "../api.js";
+import { UNREACHED, isNamed, request, shownName } from "../api.js";
 import { hintOf } from "../commands.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
@@ -338,7 +338,7 @@ export class Threads {
     const threads = (ok && json.threads) || [];
     const show = () => {
       const some = threads.filter((one) => all.checked || !one.done);
-      put(said, !ok ? t("This page has no connection to the program. Check that the program is running, then try again.") : json.message ?? tn("{n} thread", "{n} threads", { n: some.length + (json.left_out ?? 0) }));
+      put(said, !ok ? UNREACHED : json.message ?? tn("{n} thread", "{n} threads", { n: some.length + (json.left_out ?? 0) }));
       list.replaceChildren(...some.map((one) => this.entry(one, dialog)));
     };
     all.addEventListener("change", show);
