@@ -8,7 +8,7 @@ from functools import lru_cache
 from string import Formatter
 from typing import Any, NamedTuple
 
-from rrp_sheets.texts import LazyMessage, message_templates, sentences
+from rrp_sheets.texts import N_, LazyMessage, message_templates, sentences
 
 _FEWEST_LETTERS = 8  # of a template apart from its places; a shorter one would fit too many texts of users
 _SHORTEST = 5  # letters of a text without places
@@ -31,6 +31,8 @@ def as_message(text: str) -> str:
 
     >>> as_message("Red ball appears at 1.00, 0.00, 0.40 m.").places["thing"]
     'Red ball'
+    >>> as_message("The rows did not end within 0.15 s of Stop, so the engine was stopped.").places["before"].places
+    {'seconds': 0.15}
     >>> type(as_message("Anna laughs")).__name__
     'str'
     """
@@ -57,6 +59,10 @@ def _message(text: str) -> LazyMessage | None:
                 continue
             if found == text:
                 return found
+    if (
+        text.endswith(".") and (without := _message(text[:-1])) is not None
+    ):  # its full stop was added
+        return N_("{before}.", before=without)
     return None
 
 
