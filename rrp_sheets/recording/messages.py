@@ -59,9 +59,7 @@ def _message(text: str) -> LazyMessage | None:
                 continue
             if found == text:
                 return found
-    if (
-        text.endswith(".") and (without := _message(text[:-1])) is not None
-    ):  # its full stop was added
+    if text.endswith(".") and (without := _message(text[:-1])) is not None:  # its full stop was added
         return N_("{before}.", before=without)
     return None
 
