@@ -80,7 +80,7 @@ def test_runs_are_found_by_workbook_and_words(tmp_path: Path) -> None:
 def test_a_run_shows_its_record_and_what_was_said(client: FlaskClient, run: str) -> None:
     text = get(client, f"/runs/{run}").text
     for expected in (
-        'data-mode="pilot"', "P-07", "nao, frame engine, 30 Hz", "the same as in the folder now", "あかいボールです",
+        'data-mode="pilot"', "P-07", "nao, frame engine, 30 Hz", "the same as in the folder now", "赤いボールです",
         f'src="/runs/{run}/file/say-001.wav"', f'src="/runs/{run}/file/strip.png"', f"/runs/{run}/file/film.gif",
         f"/runs/{run}/file/diagram.svg", f"/runs/{run}/file/run.xlsx?take=1", f"/runs/{run}/trace.csv",
         'data-at="3.03', '/help/recordings.html#Columns-of-the-tables"',
@@ -249,7 +249,7 @@ def test_the_events_as_csv_and_everything_as_zip(client: FlaskClient, run: str) 
     assert answer.mimetype == "text/csv"
     rows = list(csv.reader(io.StringIO(answer.data.decode("utf-8-sig"))))
     assert rows[0][:6] == ["time_s", "kind", "stream", "row", "value", "message"]
-    assert ["話す", "色を言う!5", "", "あかいボールです"] in [r[2:6] for r in rows] and len(rows) > 50
+    assert ["話す", "色を言う!5", "", "赤いボールです"] in [r[2:6] for r in rows] and len(rows) > 50
     with zipfile.ZipFile(io.BytesIO(get(client, f"/runs/{run}/everything.zip").data)) as packed:
         names = {n.removeprefix(f"{run}/") for n in packed.namelist()}
         assert {"trace.csv", "trace.jsonl", "protocol.xlsx", "run.xlsx", "film.gif", "say-001.wav"} <= names

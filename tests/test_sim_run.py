@@ -181,15 +181,6 @@ def test_eyes_shine_in_the_picture() -> None:
     assert played.said("clamp") == ["Brightness: 3 → 1, its limit."]
 
 
-def test_it_is_told_once_that_the_voice_cannot_read_kanji() -> None:
-    pytest.importorskip("espeakng_loader")
-    say = DeviceUse("say", "Say", "SayInput", {"language": "ja", "speed": 150, "volume": 100})
-    played = play(
-        (say,), {0: [("say", "あかです")], 2: [("say", "赤です")], 4: [("say", "青です")]}, 6, sensors=(), scene=""
-    )
-    assert [text.split(":")[0] for text in played.said("note")] == ["The simulated voice cannot read kanji"]
-
-
 def test_speech_is_audio_and_queues_one(tmp_path: Path) -> None:
     pytest.importorskip("espeakng_loader")
     say = DeviceUse("say", "Say", "SayInput", {"language": "en", "speed": 150, "volume": 100})
@@ -212,6 +203,18 @@ def test_speech_is_audio_and_queues_one(tmp_path: Path) -> None:
     assert starts[1] - starts[0] == pytest.approx(lengths[0], abs=0.05)  # one after the other
     assert 1.0 < lengths[0] < 2.5
     assert lengths[3] == pytest.approx(0.5, abs=0.05)  # cut where it was stopped
+
+
+def test_japanese_is_the_same_in_every_run(tmp_path: Path) -> None:
+    say = DeviceUse("say", "Say", "SayInput", {"language": "ja", "speed": 150, "volume": 100})
+    commands = {0: [("say", "赤いボールを見て。")], 2.5: [("say", "3回、上手にできました！")]}
+    runs = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        played = play((say,), commands, 3, sensors=(), scene="", out=tmp_path / name)
+        assert played.said("say") == ["赤いボールを見て。", "3回、上手にできました！"]
+        runs.append([file.read_bytes() for file in sorted((tmp_path / name).glob("say-*.wav"))])
+    assert len(runs[0]) == 2 and runs[0] == runs[1]
 
 
 @pytest.mark.slow

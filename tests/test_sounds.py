@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 import wave
 from pathlib import Path
 
@@ -14,11 +15,22 @@ pytest.importorskip("pybullet")
 from play import findings, rows
 
 from rrp_sheets import api
-from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.media_files import BadSoundError, Wave, read_wave
+from rrp_sheets.sim import sounds as voices
 from rrp_sheets.sim.process import Spec
-from rrp_sheets.sim.sounds import LONGEST, RATE, SOUNDS, espeak, from_wave, louder, own_sound
+from rrp_sheets.sim.sounds import (
+    LONGEST,
+    RATE,
+    SOUNDS,
+    espeak,
+    from_wave,
+    japanese_reader,
+    japanese_reading,
+    louder,
+    own_sound,
+)  # fmt: skip
 from rrp_sheets.sim.world import SimWorld
 
 NAO = load_robot()
@@ -42,9 +54,9 @@ class Played:
     def __init__(self, actuators, commands, seconds, tmp_path, beside=""):
         dones = {a.stream: f"{a.stream}done" for a in actuators}
         world = SimWorld(Spec(NAO, (), tuple(actuators), out=str(tmp_path), beside=str(beside), dones=dones))
-        self.dones, self.told = [], []
+        self.dones = []
         try:
-            world.start()
+            self.told = [(h.kind, h.text, h.row, h.sound) for h in world.start().notices]
             for frame in range(1, round(seconds * 30) + 1):
                 outcome = world.advance(
                     frame * 1_000_000 // 30,
@@ -197,6 +209,72 @@ def test_every_language_of_the_catalogue_can_be_spoken():
         sounds[code] = library.say(text, 150, 100)
         assert 0.4 < len(sounds[code]) / library.rate < 3 and sounds[code].any()
     assert not library.voice("xx-none")
+
+
+@pytest.mark.parametrize(("text", "kana", "reading"), [
+    ("上手ですね。", "じょうずですね。", "ジョーズデスネ。"),
+    ("今日は一緒に遊びましょう。", "きょうは いっしょに あそびましょう。", "キョーワ イッショニ アソビマショー。"),
+    ("右手を上げて、頭を触って。", "みぎてをあげて、あたまをさわって。", "ミギテヲ アゲテ、 アタマヲ サワッテ。"),
+    ("赤いボールはどれですか？", "あかいボールはどれですか？", "アカイ ボールワ ドレデスカ？"),
+    ("私の名前はナオです。", "わたしのなまえは ナオです。", "ワタシノ ナマエワ ナオデス。"),
+    ("一人で三つ数えてください。", "ひとりで みっつ かぞえてください。", "ヒトリデ ミッツ カゾエテクダサイ。"),
+    ("家へ帰ろう、また明日。", "いえへ かえろう、また あした。", "イエエ カエロー、 マタ アシタ。"),
+    ("これは何ですか。", "これは なんですか。", "コレワ ナンデスカ。"),
+    ("三回触りましたね。", "さんかい さわりましたね。", "サンカイ サワリマシタネ。"),
+])  # fmt: skip
+def test_japanese_in_kanji_sounds_as_in_kana(text, kana, reading):
+    library = espeak()
+    library.voice("ja")
+    assert japanese_reading(text) == reading
+    assert library.phonemes(text) == library.phonemes(kana)
+
+
+@pytest.mark.parametrize(("text", "reading"), [
+    ("3回、10秒、2つ、1人、5人", "サンカイ、 ジュービョー、 フタツ、 ヒトリ、 ゴニン"),
+    ("1本、6本、3匹、１０分、8歳", "イッポン、 ロッポン、 サンビキ、 ジュップン、 ハッサイ"),
+    ("25点、100点、1.5メートル", "ニジュー ゴテン、 ヒャクテン、 イッテン ゴメートル"),
+    ("4月7日、3時30分", "シガツ ナノカ、 サンジ サンジュップン"),
+    ("何色？何回？何が？何でも", "ナニイロ？ ナンカイ？ ナニガ？ ナンデモ"),
+    ("太郎くん、花子さん、山田先生", "タロークン、 ハナコサン、 ヤマダセンセー"),
+    ("こんにちは、母は歯が痛い", "コンニチワ、 ハハワ ハガ イタイ"), ("はい、はと、はやく", "ハイ、 ハト、 ハヤク"), ("", ""), ("…", "…"),
+])  # fmt: skip
+def test_numbers_names_and_particles_in_japanese(text, reading):
+    assert japanese_reading(text) == reading
+
+
+def test_long_japanese_without_a_pause_is_said_to_its_end():
+    library = espeak()
+    library.voice("ja")
+    assert library.phonemes("右手を上げて" * 20).count("ɡ") == 40
+
+
+@pytest.mark.parametrize(("language", "words", "loaded"), [("en", "yes", 0), ("ja", "yes", 1), ("en", "はい", 1)])
+def test_what_japanese_needs_is_loaded_before_time_0_or_not_at_all(language, words, loaded):
+    japanese_reader.cache_clear()
+    say = DeviceUse("say", "Say", "SayInput", SAY.settings | {"language": language})
+    SimWorld(Spec(NAO, (), (say,), (SceneAction(0, "Mia", "say", {"words": words}),))).close()
+    assert japanese_reader.cache_info().currsize == loaded
+
+
+def test_without_the_reader_of_japanese_it_is_told_once(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyopenjtalk", None)
+    japanese_reader.cache_clear()
+    say = [DeviceUse(n, n, "SayInput", SAY.settings | {"language": code}) for n, code in (("a", "ja"), ("b", "JA"))]
+    try:
+        played = Played(say, {1: [("a", "あか")], 30: [("b", "あか")]}, 2, tmp_path)
+    finally:
+        japanese_reader.cache_clear()
+    assert [t[:2] for t in played.told] == [("error", voices.NO_KANJI), ("say", "あか"), ("say", "あか")]
+
+
+def test_without_a_speech_library_the_reading_tells_how_long_japanese_lasts(tmp_path, monkeypatch):
+    def missing():
+        raise voices.NoSpeech
+
+    monkeypatch.setattr(voices, "espeak", missing)
+    say = DeviceUse("say", "Say", "SayInput", SAY.settings | {"language": "ja"})
+    played = Played((say,), {1: [("say", "頭を触って。")]}, 2, tmp_path)
+    assert played.dones == [("saydone", True, pytest.approx(1.33, abs=0.04))]  # “アタマヲ サワッテ。”
 
 
 def test_extremes_of_speech(tmp_path):

@@ -231,6 +231,14 @@ def test_without_the_recogniser_the_run_says_so_in_one_line(missing, monkeypatch
     assert heard.words == []
 
 
+def test_people_who_say_japanese_have_japanese_voices(tmp_path):
+    heard = Heard([ear("yes")], [says(0.1, "Mia", "はい、三つできました")], 3, out=tmp_path)
+    with wave.open(str(tmp_path / "person-001.wav")) as sound:
+        assert 1 < sound.getnframes() / sound.getframerate() < 2.2  # 12 s as letters in English
+    assert heard.words == []
+    assert heard.texts("note") == ["Mia says “はい、三つできました”: no sensor of this workbook listens for that."]
+
+
 def test_without_a_speech_library_nobody_speaks(monkeypatch):
     def broken():
         raise voices.NoSpeech

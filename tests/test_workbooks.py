@@ -182,7 +182,7 @@ def test_say_ball_colour_with_merge(ran):
 
 def test_say_ball_colour_in_japanese(ran):
     said = [text for _, text in ran("say-ball-colour-ja").said()]
-    assert list(dict.fromkeys(said)) == ["あかいボールです", "みどりのボールです", "あおいボールです"]
+    assert list(dict.fromkeys(said)) == ["赤いボールです", "緑のボールです", "青いボールです"]
 
 
 def test_speech_is_audio_with_its_duration(ran):

@@ -128,6 +128,8 @@ _PIECES = re.compile(
     + "|".join(sorted(VALUE, key=len, reverse=True))
     + r")(?![^\s,、;；0-9０-９.．%°\-−+:：])"
 )
+KANA = re.compile("[\u3041-\u3096\u30a1-\u30fa\uff66-\uff9d]")
+LETTERS = re.compile(rf"{KANA.pattern}|[\u3400-\u9fff]")  # kana and kanji
 _UNITS = frozenset(("s", "ms", "min", "m", "cm", "mm", "°"))
 _LONGEST_FIRST = sorted(VALUE.items(), key=lambda words: -len(words[1]))
 _THING = re.compile(

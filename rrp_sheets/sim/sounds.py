@@ -1,4 +1,4 @@
-"""Sounds of the robot: its voice (espeak-ng's C library), its own sounds, the same in every run, and .wav files."""
+"""Sounds, the same in every run: voices (espeak-ng; Open JTalk reads Japanese), the robot's own, and .wav files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction
+from rrp_sheets.model.japanese import LETTERS
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.media_files import Wave
 from rrp_sheets.sim.arbitration import Tell
@@ -212,10 +213,8 @@ SOUNDS: Mapping[str, Callable[[], Signal]] = {
 
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
-_KANJI = re.compile("[\u3400-\u9fff]")
-NO_KANJI = N_(
-    "The simulated voice cannot read kanji: it says the same word for each. Write the text in kana to hear it."
-)
+_NAN = re.compile("何(?=[だでてと])")  # before these it is not “nani”
+NO_KANJI = N_("The simulated voice cannot read kanji, because the package pyopenjtalk-plus is not installed.")
 NO_SPEECH = N_("The robot has no sound, because the package espeakng-loader is not installed. Durations are estimated.")
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
@@ -228,6 +227,41 @@ _UNSPEAKABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # the libra
 
 class NoSpeech(Exception):
     """Raised when the speech library cannot be loaded."""
+
+
+def is_japanese(language: str) -> bool:
+    """Return True for the code of Japanese, or of a voice of it: `ja`, `ja+f1`."""
+    return re.split("[-_+]", language.strip().casefold())[0] == "ja"
+
+
+@cache
+def japanese_reader() -> Callable[..., Any] | None:
+    """Load the library that knows how Japanese is said (0.1 s); None when it is not installed."""
+    try:
+        from pyopenjtalk import run_frontend
+    except ImportError:
+        return None
+    return run_frontend
+
+
+def japanese_reading(text: str) -> str:
+    """Return a Japanese text in kana as it is said, its phrases apart; the text itself without the library.
+
+    >>> japanese_reading("今日は3回やってみよう。何色？")
+    'キョーワ サンカイ ヤッテミヨー。 ナニイロ？'
+    """
+    read = japanese_reader()
+    if read is None:
+        return text
+    said, begins = "", True
+    text = _NAN.sub("なん", text.replace("何色", "なに色"))
+    for word in read(text, predict_nani=False, use_sudachi_kanji_yomi=False):  # both need more to be loaded
+        mark = word["pos"] == "記号"
+        particle = begins and word["pos"] == "助詞"  # no clause begins with one: that “ha” is no “wa”
+        said += "" if mark or word["chain_flag"] == 1 else " "
+        said += word["string" if mark else "read" if particle else "pron"].replace("’", "")  # a silent vowel
+        begins = mark
+    return said.strip()
 
 
 @cache
@@ -250,6 +284,7 @@ class Espeak:
         self.rate: int = self._lib.espeak_Initialize(_SYNCHRONOUS, 0, str(data).encode(), 0)
         if self.rate <= 0:
             raise NoSpeech("the speech library did not start")
+        self._japanese = False  # the voice chosen
         self._parts: list[Audio] = []
         self._halted: Callable[[], bool] = lambda: False
         kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.c_void_p)
@@ -265,7 +300,9 @@ class Espeak:
 
     def voice(self, name: str) -> bool:
         """Choose a language (`de`) or a voice of it (`en-us+f2`); False when there is none of that name."""
-        return bool(self._lib.espeak_SetVoiceByName(name.encode("utf-8", "replace")) == _OK)
+        found = bool(self._lib.espeak_SetVoiceByName(name.encode("utf-8", "replace")) == _OK)
+        self._japanese = is_japanese(name) if found else self._japanese
+        return found
 
     def say(
         self, text: str, words_a_minute: float, volume: float, pitch: int = _USUAL_PITCH,
@@ -280,7 +317,7 @@ class Espeak:
         for parameter, value in ((_RATE, round(words_a_minute)), (_VOLUME, round(volume)), (_PITCH, pitch)):
             self._lib.espeak_SetParameter(parameter, value, 0)
         self._parts = []
-        data = _UNSPEAKABLE.sub(" ", text[:LONGEST]).encode()
+        data = self._spoken(text)
         self._lib.espeak_Synth(data, len(data) + 1, 0, _BY_CHARACTER, 0, _UTF8, None, None)
         self._lib.espeak_Synchronize()
         return np.concatenate(self._parts) if self._parts else np.zeros(0, np.int16)
@@ -288,10 +325,14 @@ class Espeak:
     def phonemes(self, text: str) -> str:
         """Return the chosen voice's pronunciation of a text, in letters of the phonetic alphabet."""
         found = []
-        rest = ctypes.c_char_p(_UNSPEAKABLE.sub(" ", text[:LONGEST]).encode())
+        rest = ctypes.c_char_p(self._spoken(text))
         while rest.value:  # clause by clause
             found.append(self._lib.espeak_TextToPhonemes(ctypes.byref(rest), _UTF8, _IPA) or b"")
         return b" ".join(found).decode("utf-8", "replace")
+
+    def _spoken(self, text: str) -> bytes:
+        text = _UNSPEAKABLE.sub(" ", text[:LONGEST])
+        return (japanese_reading(text) if self._japanese else text).encode()
 
 
 class Speech:
@@ -302,6 +343,13 @@ class Speech:
         self.halted = halted  # whether the robot is to rest, so that no speech is wanted any more
         self._library: Espeak | None = None
         self._missing = False
+
+    def prepare(self, actuators: Sequence[DeviceUse], scene: Sequence[SceneAction]) -> None:
+        """Load what Japanese needs, if somebody will speak it, so that no sentence of the run waits for it."""
+        robot = any(is_japanese(str(a.settings.get("language", ""))) for a in actuators)
+        people = any(LETTERS.search(str(a.values.get("words", ""))) for a in scene)
+        if (robot or people) and japanese_reader() is None:
+            self._tell(Notice("error", NO_KANJI))
 
     def library(self, stream: str = "", row: str = "") -> Espeak | None:
         """Return the library; None when it is not installed, which is reported once, on a row."""
@@ -335,7 +383,6 @@ class Voice:
         self._out, self._tell, self._speech = out, tell, speech
         self._now: Sounding | None = None
         self._counts = {"say": 0, "sound": 0}
-        self._has_told_kanji = False
 
     @property
     def saying(self) -> str:
@@ -354,20 +401,18 @@ class Voice:
             told = N_("The robot says only the first {n:,} of {of:,} letters.", n=LONGEST, of=len(text))
             self._tell(Notice("clamp", told, command.stream, command.row))
         speed = float(settings["speed"])
+        language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
         library = self._speech.library(command.stream, command.row)
         if library is None:
-            self._begin(self._now, us, len(text[:LONGEST]) / GUESSED_WORD_LENGTH / speed * 60)
+            said = japanese_reading(text[:LONGEST]) * 2 if is_japanese(language) else text[:LONGEST]  # kana last longer
+            self._begin(self._now, us, len(said) / GUESSED_WORD_LENGTH / speed * 60)
             return
-        language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
         if not library.voice(language):
             library.voice(FALLBACK)
             told = N_(
                 "There is no voice for the language “{language}”, so the robot speaks English.", language=language
             )
             self._tell(Notice("error", told, command.stream, command.row))
-        if language.startswith("ja") and _KANJI.search(text) and not self._has_told_kanji:
-            self._has_told_kanji = True
-            self._tell(Notice("note", NO_KANJI, command.stream, command.row))
         self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate
         self._begin(self._now, us)

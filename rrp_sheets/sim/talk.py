@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from rrp_sheets.model.exchange import DeviceUse, Notice, SceneAction
+from rrp_sheets.model.japanese import LETTERS
 from rrp_sheets.model.names import key
 from rrp_sheets.perception.word_recognition import RATE, Ear, Listener, Signal, pieces
 from rrp_sheets.sim.arbitration import Tell
@@ -165,7 +166,7 @@ class Talk:
     def _speak(self, library: Espeak, action: SceneAction, text: str) -> Audio:
         person = self._stage.persons.get(key(action.thing))
         voice, pitch = voice_of(action.thing, person.voice if person is not None else "")
-        if not library.voice(voice):
+        if not library.voice(voice.replace("en-us", "ja") if LETTERS.search(text) else voice):
             library.voice("en")
         audio = library.say(text, SPEED, 100, pitch, self._speech.halted)
         library.voice("en")

@@ -92,6 +92,7 @@ class SimWorld:
         self.faces = make_faces(spec, self.sight, self.stage, heads, fine, models)
         self.eyes = Eyes(self.body)
         speech = Speech(self._tell, halted)
+        speech.prepare(spec.actuators, spec.scene)
         self.voice = Voice(out, self._tell, speech)
         self.talk = Talk(self.stage, speech, out, self._tell, spec.seed)
         self.hearing = Hearing(self.talk, speech, self._tell, spec.sensors)

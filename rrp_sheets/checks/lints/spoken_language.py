@@ -10,14 +10,13 @@ from rrp_sheets.checks.speech_texts import OPEN, SpeechTexts
 from rrp_sheets.diagnostics.report import Fix
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import setting_edits
+from rrp_sheets.model.japanese import KANA, LETTERS
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
 
 JAPANESE, ENGLISH = "ja", "en"
 _CHINESE = ("cmn", "zh", "yue", "hak")
-_KANA = re.compile("[\u3041-\u3096\u30a1-\u30fa\uff66-\uff9d]")
-_HAN = re.compile("[\u3400-\u9fff]")
 _LATIN = re.compile("[A-Za-z\u00c0-\u024f]{2,}")
 _SEVERAL = 3  # Latin words: one or two may be a name
 _LONGEST = 60  # letters of a text that are shown
@@ -53,13 +52,9 @@ def language_of_text(text: str, voice: str) -> str:
     """
     text, base = OPEN.sub(" ", text), voice.partition("-")[0]
     if base == JAPANESE:
-        strange = len(_LATIN.findall(text)) >= _SEVERAL and not _is_japanese(text)
+        strange = len(_LATIN.findall(text)) >= _SEVERAL and not LETTERS.search(text)
         return ENGLISH if strange else ""
-    return JAPANESE if _KANA.search(text) or (_HAN.search(text) and base not in _CHINESE) else ""
-
-
-def _is_japanese(text: str) -> bool:
-    return bool(_KANA.search(text) or _HAN.search(text))
+    return JAPANESE if KANA.search(text) or (LETTERS.search(text) and base not in _CHINESE) else ""
 
 
 def _tell(
