@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from chromium import becomes, listening
+from chromium import becomes, listening, until
 from grid_books import HEADER, Books, Shared
 from playwright.sync_api import expect
 
@@ -74,6 +74,26 @@ def test_all_sheets_are_replaced_in_one_step(grid: Shared) -> None:
     grid.page.locator("#find-bar [name=find]").press("Escape")
     grid.press("Control+z")
     becomes(lambda: notes(grid), {"First": ["a red note", "blue"], "Second": ["RED", ""], "Devices": ["red again"]})
+
+
+def test_cells_are_replaced_also_when_the_list_is_made_anew_meanwhile(grid: Shared) -> None:
+    search(grid, "red")
+    becomes(lambda: len(hits(grid)), 12)
+    asked: list[Any] = []
+
+    def held(route: Any) -> None:
+        asked.append(route)
+
+    grid.page.route("**/texts", held)
+    grid.page.locator("#find-bar [name=by]").fill("green")
+    grid.page.get_by_role("button", name="Replace all").click()
+    until(grid.page, lambda: len(asked) == 1)
+    grid.page.locator("#find-bar [name=sameCase]").check()
+    until(grid.page, lambda: len(asked) == 2)
+    for route in asked[:]:
+        route.continue_()
+    grid.page.unroute("**/texts", held)
+    grid.status("Replaced in 2 cells of First, 2 cells of Second, 1 cell of Devices. Press Ctrl+Z to undo.")
 
 
 def test_a_name_is_found_in_all_sheets_and_only_renamed(grid: Shared) -> None:

@@ -83,12 +83,11 @@ export function finder(grid) {
     return text.replace(pattern(), () => by.value);
   }
 
-  /** What is found in the other sheets, as the server has them now; null when it does not answer, or something else was asked since. */
+  /** What is found in the other sheets, as the server has them now; null when it does not answer. The list has the newest. */
   async function elsewhere() {
     const mine = ++newest;
     if (!scope.value || !find.value) return (others = []);
     const { ok, json } = await request(`${server.url}/texts`);
-    if (mine !== newest) return null;
     if (!ok) {
       grid.say(UNREACHED, "error");
       return null;
@@ -96,7 +95,9 @@ export function finder(grid) {
     const has = matcher();
     const all = json.filter(({ sheet }) => sheet !== server.sheet).flatMap(({ sheet, columns, rows }) => rows.flatMap(([row, number, texts]) => (
       columns.map(([column, letter, kind]) => ({ sheet, row, column, kind, text: texts[column] ?? "", address: `${letter}${number}` })))));
-    return (others = all.filter(has));
+    const hits = all.filter(has);
+    if (mine === newest) others = hits;
+    return hits;
   }
 
   async function replaceAll() {
@@ -110,8 +111,9 @@ export function finder(grid) {
     }
     if (grid.waits(Infinity, replaceAll)) return;
     await grid.held.until(async () => {
-      if (!(await elsewhere())) return;
-      const cells = [...here(), ...others].filter((hit) => replaced(hit) !== hit.text);
+      const hits = await elsewhere();
+      if (!hits) return;
+      const cells = [...here(), ...hits].filter((hit) => replaced(hit) !== hit.text);
       const sent = ({ cell, row, column, text }, to) => (cell
         ? { row: cell.parentElement.id, column: table.sheetColumn(table.column(cell)), text: to, was: text } : { row, column, text: to, was: text });
       const sheets = [...Map.groupBy(cells, (hit) => hit.sheet)].map(([sheet, hits]) => ({ sheet, cells: hits.map((hit) => sent(hit, replaced(hit))) }));
@@ -132,7 +134,7 @@ export function finder(grid) {
     const cells = here().map(({ cell }) => cell);
     const at = grid.selection.cell;
     const following = cells.find((cell) => at.compareDocumentPosition(cell) & Node.DOCUMENT_POSITION_FOLLOWING);
-    const further = following || !(await elsewhere()) ? null : after(others);
+    const further = following ? null : after((await elsewhere()) ?? []);
     if (further) leave(further);
     else if (following ?? cells[0]) go(following ?? cells[0]);
     else grid.say(t("Not found."));
@@ -173,9 +175,8 @@ export function finder(grid) {
   }
 
   async function show() {
-    const found = await elsewhere();
-    const mine = here();
-    const all = [...mine, ...(found ?? others)];
+    await elsewhere();
+    const all = [...here(), ...others];
     put(count, find.value ? tn("{n} cell", "{n} cells", { n: all.length }) : "");
     list.hidden = !all.length;
     const sheets = Map.groupBy(all.slice(0, MOST_LISTED), (hit) => hit.sheet);
