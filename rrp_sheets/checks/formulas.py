@@ -31,6 +31,7 @@ from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.problems import together
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.graph.build import after_needs
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
@@ -152,7 +153,8 @@ class _Compiler:
         target, device = self._text_streams.get(step.output, ""), self.graph.streams[step.output].device
         if step.connector.name not in _GIVING_TEXTS or not (target or device is None or device.type.name == "Print"):
             return ""
-        names = [*robot.gestures, *robot.postures] if target in ("Gesture", "Posture", "") else []
+        moves = [*robot.gestures, *robot.postures, *japanese.MOVES]
+        names = moves if target in ("Gesture", "Posture", "") else []
         name = next((n for n in names if key(n) == key(text)), "")
         unknown, known = _unknown_words(text, scope, self.compiled.helpers.dropped)
         if not name and (unknown < 1 + bool(known) + (not target) or key(text) in self._streams):

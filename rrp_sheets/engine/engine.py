@@ -355,8 +355,10 @@ class Engine(ABC):
         sensors = self.plan.descent[step.ref]
         observer, clock = self._observer, self.clock
         row, stream, priority = step.ref, output.id, step.row.priority
+        robot, device = self.plan.checked.robot, self.plan.checked.graph.streams[step.output].device
 
         def send(value: Value) -> None:
+            value = robot.standard(device.type.name, value) if device else value  # so that recordings compare
             output.on_next(value)
             command = self._driven[stream] = Command(stream, value, row, sensors, priority)
             self._commands.append(command)

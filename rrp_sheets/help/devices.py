@@ -91,7 +91,8 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
         )
     if any(s.kind == "gesture" for s in device.settings.values()):
         gestures = load_robot().motions.values()
-        yield titled(N_("The robot's gestures"), entries((g.name, N_(g.help, msgctxt="gesture")) for g in gestures))
+        made = ((N_(g.name, msgctxt="posture"), N_(g.help, msgctxt="gesture")) for g in gestures)
+        yield titled(N_("The robot's gestures"), entries(made))
         yield paragraph(
             N_(
                 "You can make your own gestures on the sheet Gestures: a row for each keyframe, with Name, Time (s) "
@@ -100,7 +101,8 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
             )
         )
     if any(s.kind == "posture" for s in device.settings.values()):
-        yield paragraph(N_("The postures: {names}.", names=", ".join(load_robot().postures)))
+        postures = listed([N_(name, msgctxt="posture") for name in load_robot().postures])
+        yield paragraph(N_("The postures: {names}.", names=postures))
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
         found_settings = entries((s.name, described(s)) for s in settings)

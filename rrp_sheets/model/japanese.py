@@ -74,6 +74,8 @@ MOVES = {
     "右を見る": "Look right", "しょんぼり": "Sad",
 }  # fmt: skip
 """Postures and gestures of the robot, as the setting Name of these devices has them."""
+SENT = {"Gesture": MOVES, "Posture": MOVES, "EyeLedColor": COLOURS}
+"""Words that rows send to an actuator, by its name in the catalogue."""
 THING_WORDS = {
     "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
     "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
@@ -206,6 +207,20 @@ class Robot:
             return self
         motions = {**{key(g.name): g for g in own}, **self.motions} | {key(g.name): g for g in own}
         return _assemble(self.name, self.folder, self.data, motions, self.talking)
+
+    def standard(self, device: str, value: Value) -> Value:
+        """Return what is sent to an actuator with the robot's own word for a Japanese one; the name of a gesture stays.
+
+        >>> nao = load_robot()
+        >>> nao.standard("Gesture", "手を振る"), nao.standard("EyeLedColor", "赤"), nao.standard("SayInput", "手を振る")
+        ('Wave', 'red', '手を振る')
+        """
+        words = japanese.SENT.get(device)
+        return (
+            japanese.standard(words, value)
+            if words and isinstance(value, str) and key(value) not in self.motions
+            else value
+        )
 
     @property
     def languages(self) -> Mapping[str, str]:

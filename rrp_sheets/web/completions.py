@@ -108,6 +108,9 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
         ]  # fmt: skip
     found["choices"] = [_choice_written(one) for one in found["choices"]]
     found["devices"] = [{**one, "text": own(one["text"])} for one in found["devices"]]
+    for name in ("gestures", "postures"):
+        moves = [{**one, "text": written(japanese.MOVES, one["text"]), "words": one["text"]} for one in found[name]]
+        found[name] = moves
     takes = {device: {s: chosen(words, s) for s, words in known.items()} for device, known in found["takes"].items()}
     also = {key(word): takes[key(device)] for word, device in japanese.DEVICES.items() if key(device) in takes}
     found["takes"] = {**takes, **also}
