@@ -18,6 +18,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.help.layout import FILES
 from rrp_sheets.model import japanese as words_of_sheets
+from rrp_sheets.model.names import key as word_key
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
 from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.style import NAME_PT, PAGE, width
@@ -115,6 +116,7 @@ def test_every_device_of_nao_has_its_japanese_words() -> None:
             assert (not here or there != here) and places(there) == places(here), (device.name, part)
         assert device.kind == "sensor" or (japanese.takes and japanese.takes != english.takes), device.name
         for key, (name, about) in japanese.fields.items():
+            assert device.payload and device.payload.keys.get(word_key(name)) == key  # that formulas read it
             assert name != english.fields[key][0] and about != english.fields[key][1], (device.name, key)
 
 

@@ -199,6 +199,54 @@ def test_a_gesture_of_the_workbook_comes_before_the_robots_of_that_name(tmp_path
         assert checked.robot.standard("Gesture", "拍手") == name
 
 
+FIELDS = """## ふるまい
+
+| 入力ストリーム | コネクター | 式 | 出力ストリーム |
+|---|---|---|---|
+| ボール | filter | ボール.距離 < 0.5 | 近い |
+| 近い | throttle | 5 s | 今 |
+| 今 | map | IF(今.色 = "red"; "赤い"; "赤くない") | 言葉 |
+| 言葉 | subscribe | | 発話 |
+| 発話 done | filter | 発話done.完了 | 終わり |
+| 終わり | subscribe | | Print |
+
+## デバイス
+
+| ストリーム | デバイス |
+|---|---|
+| ボール | ボール |
+| 発話 | 発話 |
+
+## テスト
+
+| 時間（ミリ秒） | ストリーム | 送信 | 期待 |
+|---|---|---|---|
+| 0 | ボール | 色="green"; 距離=0.6 | |
+| 50 | 近い | | なし |
+| 100 | ボール | 色="green"; 距離=0.4 | |
+| 100 | 近い | | 色="green"; distance=0.4 |
+| 100 | 発話 | | 赤くない |
+| 200 | 発話 done | 完了=FALSE | |
+| 300 | Print | | なし |
+"""
+
+
+def test_formulas_and_tests_name_fields_in_japanese(tmp_path: Path) -> None:
+    book = tmp_path / "fields.md"
+    book.write_text(FIELDS, encoding="utf-8")
+    assert [d.code for d in api.check(book).report] == []
+    assert [c.passed for c in api.test(book)[1].cases] == [True]
+    said = api.explain(book, language="ja")[0]
+    assert "その距離が0.5 m未満" in said and "「完了」が真であるとき" in said
+    analysis = no_analysis()
+    assert [one["text"] for one in vocabulary(analysis, language="ja")["records"]["ball"]["fields"]][-2:] == [
+        "距離",
+        "色",
+    ]
+    english = vocabulary(analysis)["records"]["ball"]["fields"][-1]
+    assert english["text"] == "colour" and "色" in english["words"].split()
+
+
 SPEAKS = {
     "ja": "| 入力ストリーム | コネクター | 式 | 出力ストリーム |\n|---|---|---|---|\n| Chest button | subscribe | \"はい\" | Say |\n| Bumper | subscribe | | 歌 |",
     "en": "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Chest button | subscribe | \"Yes\" | Say |\n| Bumper | subscribe | | 歌 |",

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from rrp_sheets.help.functions import literal_text
 from rrp_sheets.help.layout import Block, columns, entries, example, heading, paragraph, titled, workbook
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name
@@ -32,6 +33,16 @@ def all_devices() -> Iterator[Block]:
         yield heading(title)
         found = (d for d in robot.devices.values() if d.kind == kind)
         yield entries((names[0], _listed(device, names)) for device in found if (names := names_of(robot, device)))
+
+
+def in_both(words: Mapping[str, str], name: str, language: str) -> str:
+    """Return a name as workbooks of a language have it, with the English one in brackets, which they may have too.
+
+    >>> in_both(japanese.FIELDS, "colour", "ja"), in_both(japanese.FIELDS, "colour", "en")
+    ('色（colour）', 'colour')
+    """
+    own = japanese.japanese(words, [name])[0] if language == "ja" else name
+    return name if own == name else f"{own}（{name}）"
 
 
 def names_of(robot: Robot, device: DeviceType) -> list[str]:
@@ -68,8 +79,10 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
         yield paragraph(N_("It gives a record. In a formula, {field} is one of its fields. The fields:", field=field))
         about = f"{device.name}."
         fields = [
-            (f.name, f.unit, literal_text(f.example), N_(f.help, msgctxt=about + f.name)) for f in device.payload.fields
-        ]
+            (in_both(japanese.FIELDS, f.name, language), f.unit, literal_text(f.example),
+             N_(f.help, msgctxt=about + f.name))
+            for f in device.payload.fields
+        ]  # fmt: skip
         yield columns([(N_("Field"), N_("Unit"), N_("Example"), N_("Meaning")), *fields], headed=True)
     elif device.kind == "sensor" and device.unit:
         yield paragraph(N_("It gives a number ({unit}).", unit=device.unit))
@@ -124,7 +137,7 @@ def done_stream(found: FoundDevice, language: str = "en") -> Iterator[Block]:
             name=found.name,
         )
     )
-    fields = [(f.name, f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
+    fields = [(in_both(japanese.FIELDS, f.name, language), f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
     yield titled(N_("Its fields"), columns([(N_("Field"), N_("Unit"), N_("Meaning")), *fields], headed=True))
     about = N_("say hello, wait for two seconds, then turn the eyes red")
     yield titled(N_("For example: {about}", about=about), workbook("Say done", DONE_EXAMPLE, language))

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Field
 
 DEVICES = {
     "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "ボール": "Ball",
@@ -76,6 +77,15 @@ MOVES = {
 """Postures and gestures of the robot, as the setting Name of these devices has them."""
 SENT = {"Gesture": MOVES, "Posture": MOVES, "EyeLedColor": COLOURS}
 """Words that rows send to an actuator, by its name in the catalogue."""
+FIELDS = {
+    "左右の角度": "x", "上下の角度": "y", "見かけの幅": "width", "幅": "width", "見かけの高さ": "height",
+    "高さ": "height", "距離": "distance", "色": "colour", "面積": "area", "番号": "id", "名前": "name",
+    "新しい顔": "new", "見覚えあり": "recognised", "新しい顔を確認済み": "recognized_new_face", "確からしさ": "score",
+    "ラベル": "label", "回数": "count", "触れている": "pressed", "押している": "pressed", "場所": "zone",
+    "左右の傾き": "roll", "前後の傾き": "pitch", "向き": "yaw", "転倒": "fallen", "言葉": "word",
+    "確信度": "confidence", "秒数": "seconds", "値": "value", "完了": "completed",
+}  # fmt: skip
+"""Fields of what sensors and done streams give, as formulas and Send cells may name them too."""
 THING_WORDS = {
     "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
     "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",
@@ -200,6 +210,12 @@ def words_for(words: Mapping[str, str], *standards: str) -> list[str]:
     ['現れる', '出てくる', '消える']
     """
     return [own for own, meant in words.items() if meant in standards]
+
+
+def field_aliases(fields: Iterable[Field]) -> dict[str, str]:
+    """Return the Japanese names of a record's fields, each with the field that it names."""
+    names = {f.name for f in fields}
+    return {own: meant for own, meant in FIELDS.items() if meant in names}
 
 
 def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:

@@ -305,7 +305,7 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
     if "fields" in entry:
         fields = tuple(Field(**{**f, "choices": tuple(f.get("choices", ()))}) for f in entry["fields"])
         name = entry.get("record", entry.get("title", entry["name"]))
-        payload = RecordType(name, fields, entry.get("aliases", {}))
+        payload = RecordType(name, fields, {**entry.get("aliases", {}), **japanese.field_aliases(fields)})
     by = {
         key(setting): uses[choices] if isinstance(choices, str) else {key(c): tuple(u) for c, u in choices.items()}
         for setting, choices in entry.get("resources_by", {}).items()

@@ -106,6 +106,10 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
              "named": own(one["text"]) != one["text"]}
             if "adds" in one else one for one in found[name]
         ]  # fmt: skip
+    found["records"] = {
+        name: {**record, "fields": [_field_written(one) for one in record["fields"]]}
+        for name, record in found["records"].items()
+    }
     found["choices"] = [_choice_written(one) for one in found["choices"]]
     found["devices"] = [{**one, "text": own(one["text"])} for one in found["devices"]]
     for name in ("gestures", "postures"):
@@ -126,6 +130,12 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
             choices = [{**asdict(choice), "text": field.shown(choice.text, "ja")} for choice in field.choices]
             found["values"] = {**found["values"], key(name): choices}
     return found
+
+
+def _field_written(found: Word) -> Word:
+    """Return a field by its Japanese name, if it has one: those of the workbook's own tables have none."""
+    own = next((word for word in found["words"].split() if not word.isascii()), found["text"])
+    return {**found, "text": own, "words": f"{found['text']} {found['words']}"}
 
 
 def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,7 +214,8 @@ def _record(record: RecordType, device: str = "") -> dict[str, Any]:
     for field in record.fields:
         about = N_(field.help, msgctxt=f"{device}.{field.name}" if device else "done") if field.help else ""
         about = N_("{help} ({unit})", help=about, unit=field.unit) if field.unit else about
-        fields.append({"text": argument_name(field.name), "help": about})
+        also = " ".join(name for name, meant in record.aliases.items() if key(meant) == key(field.name))
+        fields.append({"text": argument_name(field.name), "help": about, "words": also})
     return {"name": record.name, "fields": fields}
 
 
