@@ -132,7 +132,7 @@ class _Compiler:
                 return None
             if scope is not None and problem.code != "FORM002" and (quoted := self._quoted(step, scope)):
                 self.report.add(
-                    "FORM001", cell.address, span=(0, len(cell.text)), fixes=[_rewrite("put-in-quotes", cell, quoted)],
+                    "FORM001", cell.address, span=(0, len(cell.text)), fixes=[rewrite("put-in-quotes", cell, quoted)],
                     reason=N_("a text needs quotes"), remedy=N_("Write {value}.", value=quoted),
                 )  # fmt: skip
                 return None
@@ -218,7 +218,7 @@ def _unknown_words(text: str, scope: Scope, dropped: Collection[str] = ()) -> tu
     return (0, known) if known and rest.split()[:1] == ["if"] else (unknown, known)
 
 
-def _rewrite(name: str, cell: Cell, text: str) -> Fix:
+def rewrite(name: str, cell: Cell, text: str) -> Fix:
     """Return the fix that writes a formula in another way."""
     title = N_("Write {value}", value=text if len(text) <= 60 else f"{text[:59]}…")
     return Fix(name, title, (Put(cell.address, text, cell.original),))
@@ -236,7 +236,7 @@ def _corrected(cell: Cell, problem: FormulaProblem) -> tuple[Fix, ...]:
         except FormulaProblem as other:
             problem = other
         else:
-            return (_rewrite("correct-formula", cell, text),)
+            return (rewrite("correct-formula", cell, text),)
     return ()
 
 

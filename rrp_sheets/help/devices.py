@@ -89,13 +89,8 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     if device.takes:
         yield paragraph(N_("It takes {what}.", what=N_(device.takes, msgctxt=f"{device.name}.takes")))
     if device.kind == "actuator":
-        yield paragraph(
-            N_(
-                "The stream “{name} done” tells when it has finished. A row can begin with that: `rrp-sheets help "
-                '"{name} done"`.',
-                name=name,
-            )
-        )
+        yield paragraph(N_("The stream “{name} done” tells when it has finished. A row can begin with that: "
+                           '`rrp-sheets help "{name} done"`.', name=name))  # fmt: skip
     if found.preset:
         names = {k: setting.name for k, setting in device.settings.items()}
         preset = ", ".join(f"{names.get(k, k)} = {v}" for k, v in found.preset.items())
@@ -106,13 +101,9 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
         gestures = load_robot().motions.values()
         made = ((N_(g.name, msgctxt="posture"), N_(g.help, msgctxt="gesture")) for g in gestures)
         yield titled(N_("The robot's gestures"), entries(made))
-        yield paragraph(
-            N_(
-                "You can make your own gestures on the sheet Gestures: a row for each keyframe, with Name, Time (s) "
-                "and a column for each joint (0.5 is rad, 30° are degrees). `rrp-sheets pose` writes such rows from "
-                "the robot's joints."
-            )
-        )
+        yield paragraph(N_("You can make your own gestures on the sheet Gestures: a row for each keyframe, with "
+                           "Name, Time (s) and a column for each joint (0.5 is rad, 30° are degrees). `rrp-sheets "
+                           "pose` writes such rows from the robot's joints."))  # fmt: skip
     if any(s.kind == "posture" for s in device.settings.values()):
         postures = listed([N_(name, msgctxt="posture") for name in load_robot().postures])
         yield paragraph(N_("The postures: {names}.", names=postures))
@@ -129,14 +120,10 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
 def done_stream(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     """Explain `Say done`: the stream that an actuator gives at the end of each of its commands."""
     yield heading(N_("{name} (stream)", name=f"{found.name} done"), f"{found.name} done".replace(" ", "-"))
-    yield paragraph(
-        N_(
-            "Every actuator has a done stream. This is the one of {name}. You need not declare it: write “{name} done” "
-            "among the Input streams. It gives a value at the end of every command, also of one that was stopped. An "
-            "actuator with its own name on the Devices sheet has its done stream under that name: “Ask done” for Ask.",
-            name=found.name,
-        )
-    )
+    yield paragraph(N_("Every actuator has a done stream. This is the one of {name}. You need not declare it: write "
+                       "“{name} done” among the Input streams. It gives a value at the end of every command, also "
+                       "of one that was stopped. An actuator with its own name on the Devices sheet has its done "
+                       "stream under that name: “Ask done” for Ask.", name=found.name))  # fmt: skip
     fields = [(in_both(japanese.FIELDS, f.name, language), f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
     yield titled(N_("Its fields"), columns([(N_("Field"), N_("Unit"), N_("Meaning")), *fields], headed=True))
     about = N_("say hello, wait for two seconds, then turn the eyes red")

@@ -229,23 +229,14 @@ def _devices(
     declared = {key(d.stream.text): d.device.text for d in devices}
     own = ((name, declared[key(name)]) for name in mine)
     return [
-        *(
-            {
-                "text": n,
-                "kind": kind,
-                "help": N_("of your Devices: {device}", device=d),
-                "device": d,
-                "words": _synonyms(robot, d),
-                "used": True,
-            }
-            for n, d in own
-        ),
+        *({"text": n, "kind": kind, "help": N_("of your Devices: {device}", device=d), "device": d,
+           "words": _synonyms(robot, d), "used": True} for n, d in own),
         *(
             {"text": n, "kind": kind, "help": _help(robot, firsts, n), "words": _synonyms(robot, n)}
             | ({"used": True} if key(n) in used else {} if columns is None else {"adds": {"device": n, "settings": {}}})
             for n in offered
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _missing_columns(analysis: Analysis, columns: Sequence[str] | None, language: str) -> list[dict[str, str]]:
