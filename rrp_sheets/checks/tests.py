@@ -219,6 +219,6 @@ class _Reader:
     def _standard(self, cell: Cell, stream: str) -> Cell:
         """Return an Expect cell with the robot's own words for Japanese ones, as actuators are sent them."""
         found = self.names.graph.streams.get(stream)
-        device = self.names.graph.streams[found.done_of or stream].device if found else None
-        robot, kind = self.names.robot, device.type.name if device else ""
+        driven = self.names.graph.streams.get(found.done_of or stream) if found else None
+        robot, kind = self.names.robot, driven.device.type.name if driven and driven.device else ""
         return replace(cell, text=_TEXT.sub(lambda match: str(robot.standard(kind, match[0])), cell.text))

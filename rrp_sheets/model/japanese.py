@@ -223,3 +223,13 @@ def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, .
     for word, meant in words.items():
         first.setdefault(key(meant), word)
     return tuple(first.get(key(one), one) for one in standards)
+
+
+def in_both(words: Mapping[str, str], name: str, language: str) -> str:
+    """Return a name as workbooks of a language have it, with the English one in brackets, which they may have too.
+
+    >>> in_both(FIELDS, "colour", "ja"), in_both(FIELDS, "colour", "en")
+    ('色（colour）', 'colour')
+    """
+    own = japanese(words, [name])[0] if language == "ja" else name
+    return name if own == name else f"{own}（{name}）"

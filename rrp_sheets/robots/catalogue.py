@@ -215,12 +215,9 @@ class Robot:
         >>> nao.standard("Gesture", "手を振る"), nao.standard("EyeLedColor", "赤"), nao.standard("SayInput", "手を振る")
         ('Wave', 'red', '手を振る')
         """
-        words = japanese.SENT.get(device)
-        return (
-            japanese.standard(words, value)
-            if words and isinstance(value, str) and key(value) not in self.motions
-            else value
-        )
+        if not isinstance(value, str) or key(value) in self.motions:
+            return value
+        return japanese.standard(japanese.SENT.get(device, {}), value)
 
     @property
     def languages(self) -> Mapping[str, str]:

@@ -106,15 +106,12 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
              "named": own(one["text"]) != one["text"]}
             if "adds" in one else one for one in found[name]
         ]  # fmt: skip
-    found["records"] = {
-        name: {**record, "fields": [_field_written(one) for one in record["fields"]]}
-        for name, record in found["records"].items()
-    }
+    for record in found["records"].values():
+        record["fields"] = [_field_written(one) for one in record["fields"]]
     found["choices"] = [_choice_written(one) for one in found["choices"]]
     found["devices"] = [{**one, "text": own(one["text"])} for one in found["devices"]]
     for name in ("gestures", "postures"):
-        moves = [{**one, "text": written(japanese.MOVES, one["text"]), "words": one["text"]} for one in found[name]]
-        found[name] = moves
+        found[name] = [{**m, "text": written(japanese.MOVES, m["text"]), "words": m["text"]} for m in found[name]]
     takes = {device: {s: chosen(words, s) for s, words in known.items()} for device, known in found["takes"].items()}
     also = {key(word): takes[key(device)] for word, device in japanese.DEVICES.items() if key(device) in takes}
     found["takes"] = {**takes, **also}

@@ -268,9 +268,9 @@ def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     devices = []
     for line in table.shown_lines():
         device = _in(table.cell(line, "Device"), partial(japanese.standard, japanese.DEVICES))
-        words = japanese.CHOICES
         settings = {
-            keys[c]: _in(table.cell(line, c), partial(japanese.standard, words.get(keys[c], {}))) for c in sorted(keys)
+            k: _in(table.cell(line, c), partial(japanese.standard, japanese.CHOICES.get(k, {})))
+            for c, k in sorted(keys.items())
         }
         devices.append(model.Device(table.cell(line, "Stream"), device, settings, headers))
     return tuple(devices)
