@@ -473,10 +473,8 @@ class LiveStream(Observable[Value]):
         clock = self._clock
         clock.came += 1
         if clock.came > clock.most:
-            remedy = N_(
-                "Look for two rows that pass the same values to one stream (merge), or that start one actuator "
-                "after its own done stream. Keep only one of them."
-            )
+            remedy = N_("Look for two rows that pass the same values to one stream (merge), or that start one "
+                        "actuator after its own done stream. Keep only one of them.")  # fmt: skip
             words = N_(
                 "The rows multiply their values: more than {most:,} values came at the same moment.", most=clock.most
             )

@@ -213,9 +213,8 @@ SOUNDS: Mapping[str, Callable[[], Signal]] = {
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
 _KANJI = re.compile("[\u3400-\u9fff]")
-NO_KANJI = N_(
-    "The simulated voice cannot read kanji: it says the same word for each. Write the text in kana to hear it."
-)
+NO_KANJI = N_("The simulated voice cannot read kanji: it says the same word for each. Write the text in kana to "
+              "hear it.")  # fmt: skip
 NO_SPEECH = N_("The robot has no sound, because the package espeakng-loader is not installed. Durations are estimated.")
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
