@@ -17,14 +17,14 @@ from typed import run
 
 from rrp_sheets import api
 from rrp_sheets.help.as_text import as_text
-from rrp_sheets.help.layout import checked
+from rrp_sheets.help.layout import checked, in_language, sheets_of
 from rrp_sheets.help.site import files, page
 from rrp_sheets.help.topics import text_on
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
 from rrp_sheets.resources import bundled
-from rrp_sheets.robots import load_robot
+from rrp_sheets.robots import DeviceType, load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import no_analysis
@@ -519,6 +519,18 @@ def test_examples_of_the_help_say_in_japanese_what_they_say_in_english() -> None
                 notes = [row[what.columns["Notes"] - 1] for row in sheet.rows[what.row :] if "Notes" in what.columns]
                 assert [note for note in notes if note and note.isascii()] == []
     assert count > 300
+
+
+@pytest.mark.parametrize("device", load_robot().devices.values(), ids=lambda device: device.name)
+def test_examples_call_devices_as_the_japanese_grid_does_and_declare_them(device: DeviceType) -> None:
+    sheets = sheets_of(in_language(device.example, "ja"))
+    cells = {
+        name for rows in sheets.values() for row in rows for cell in row for name in re.split(r", *|(?= done)", cell)
+    }
+    assert cells & set(japanese.DEVICES.values()) == set()
+    declared = {row[0] for row in sheets["デバイス"][1:]}
+    used = {cell for row in next(iter(sheets.values()))[1:] for cell in (row[0], row[-1])} & set(japanese.DEVICES)
+    assert used <= declared and checked(in_language(device.example, "ja")).graph.streams
 
 
 def test_the_page_on_the_scene_shows_the_words_of_the_language() -> None:
