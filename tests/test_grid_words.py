@@ -105,7 +105,8 @@ def test_plain_words_find_what_is_meant(at, cell: str, typed: str, name: str) ->
 
 
 @pytest.mark.parametrize(
-    ("cell", "typed", "name"), [("B5", "顔", "Face"), ("B5", "押す", "Operator button"), ("E4", "歩く", "Walk")]
+    ("cell", "typed", "name"),
+    [("B5", "顔", "Face"), ("B5", "押す", "Operator button"), ("E4", "歩く", "Walk"), ("D2", "redBall.色", "colour")],
 )
 def test_so_do_japanese_ones(shelf: Books, book: Path, cell: str, typed: str, name: str) -> None:
     grid = shelf.open(path=book, sheet="T")
@@ -176,6 +177,10 @@ def test_scenes_and_tests_in_japanese(shelf: Books) -> None:
     page = shelf.open(path=book, sheet="試し")
     page.checked()
     assert "なしまたは空" in offered("D2", "な", "なし")
+    page = shelf.open(path=book, sheet="追う")
+    page.checked()
+    assert "Wave" not in offered("C2", '"手', "手を振る") + offered("C2", '"wav', "手を振る")
+    assert offered("C2", "redBall.col", "色") + offered("C2", "redBall.距", "距離") == ["色", "距離"]
 
 
 @pytest.mark.slow

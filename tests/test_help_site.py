@@ -23,6 +23,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help import layout, publishing, site
 from rrp_sheets.help.topics import TITLES, all_names
+from rrp_sheets.model import japanese
 from rrp_sheets.robots import load_robot
 from rrp_sheets.texts import LANGUAGES, translate
 
@@ -57,6 +58,13 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 # ---- both languages
+def commands(text: str) -> Counter[str]:
+    """The commands and names in a text, with English names of devices and without quotes."""
+    own = re.compile("|".join(sorted(japanese.DEVICES, key=len, reverse=True)))
+    found = _COMMAND.findall(text)
+    return Counter(own.sub(lambda match: japanese.DEVICES[match[0]], one).replace('"', "") for one in found)
+
+
 def form(name: str, language: str) -> list[tuple[object, ...]]:
     """The form of a topic's file, the same in every language: kinds of blocks, sizes of tables, examples."""
     blocks = layout.from_markdown((layout.FILES / language / f"{name}.md").read_text(encoding="utf-8"))
@@ -71,8 +79,7 @@ def form(name: str, language: str) -> list[tuple[object, ...]]:
 def test_a_topic_is_the_same_in_every_language(name: str, language: str) -> None:
     texts = [(layout.FILES / place / f"{name}.md").read_text(encoding="utf-8") for place in ("", language)]
     assert form(name, language) == form(name, "")
-    commands, own = (Counter(_COMMAND.findall(text)) for text in texts)
-    assert own == commands
+    assert commands(texts[1]) == commands(texts[0])
     assert Counter(re.findall(r"\{\w+\}", texts[1])) == Counter(re.findall(r"\{\w+\}", texts[0]))
 
 
@@ -93,7 +100,7 @@ def test_texts_of_codes_have_the_same_commands_in_every_language(language: str) 
     for code in CODES:
         page = load_page(code)
         for text in (page.text(part) for part in ("means", "why", "mend", "untabled") if getattr(page, part)):
-            if Counter(_COMMAND.findall(text)) != Counter(_COMMAND.findall(translate(text, language))):
+            if commands(text) != commands(translate(text, language)):
                 wrong[text.context] = _COMMAND.findall(text)
     assert wrong == {}
 

@@ -16,8 +16,11 @@ from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.help.as_text import as_text
 from rrp_sheets.help.layout import FILES
+from rrp_sheets.help.topics import text_on
 from rrp_sheets.model import japanese as words_of_sheets
+from rrp_sheets.model.names import key as word_key
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
 from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.style import NAME_PT, PAGE, width
@@ -115,6 +118,7 @@ def test_every_device_of_nao_has_its_japanese_words() -> None:
             assert (not here or there != here) and places(there) == places(here), (device.name, part)
         assert device.kind == "sensor" or (japanese.takes and japanese.takes != english.takes), device.name
         for key, (name, about) in japanese.fields.items():
+            assert device.payload and device.payload.keys.get(word_key(name)) == key  # that formulas read it
             assert name != english.fields[key][0] and about != english.fields[key][1], (device.name, key)
 
 
@@ -205,6 +209,26 @@ def test_the_words_of_the_glossary_are_those_of_the_texts() -> None:
         said = [text for english, text in texts_of if re.search(rf"\b{term}s?\b", english, re.IGNORECASE)]
         stem = own.removesuffix("り")
         assert not said or sum(stem in text for text in said) * 3 > len(said), (term, own)
+
+
+def test_the_help_names_devices_as_the_japanese_grid_does() -> None:
+    """English names stand in brackets, in commands and in examples only; what is found by one is found by the other."""
+    words = words_of_sheets.DEVICES
+    own = {name: words_of_sheets.japanese(words, [name])[0] for name in words.values()}
+    english = re.compile(rf"(?<![A-Za-z])(?:{'|'.join(sorted(own, key=len, reverse=True))})(?![A-Za-z])")
+    said = [own for text, own in translations() if english.search(text) and own[:1] != "|"]
+    said = [text for text in said if text != "Say done" and "_" not in text]  # of examples; on spellings of names
+    bare = [re.sub(r"（(?:[^（）]|（[^（）]*）)*）|`[^`]*`", "", text) for text in said]
+    assert len(bare) > 100 and [text for text in bare if english.search(text)] == []
+    listed = as_text(text_on("devices", language="ja"), "ja")
+    for device in load_robot().devices.values():
+        name = own[device.title]
+        page = as_text(text_on(device.title, language="ja"), "ja")
+        assert page.startswith(f"{name}（{device.title}）（") and f"  {name}（{device.title}）" in listed
+        assert as_text(text_on(name, language="ja"), "ja") == page
+        if device.kind == "actuator":
+            done = [as_text(text_on(f"{one} done", language="ja"), "ja") for one in (device.title, name)]
+            assert done[0] == done[1] and done[0].startswith(f"{name} done（")
 
 
 # ---- explanations ----

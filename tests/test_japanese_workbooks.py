@@ -17,14 +17,14 @@ from typed import run
 
 from rrp_sheets import api
 from rrp_sheets.help.as_text import as_text
-from rrp_sheets.help.layout import checked
+from rrp_sheets.help.layout import checked, in_language, sheets_of
 from rrp_sheets.help.site import files, page
 from rrp_sheets.help.topics import text_on
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
 from rrp_sheets.resources import bundled
-from rrp_sheets.robots import load_robot
+from rrp_sheets.robots import DeviceType, load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import no_analysis
@@ -114,6 +114,137 @@ def test_a_run_of_a_workbook_in_japanese_leaves_the_same_trace(tmp_path: Path) -
         lines = (tmp_path / f"out-{book.suffix}" / "trace.jsonl").read_text(encoding="utf-8").splitlines()
         traces.append([line for line in lines if json.loads(line).get("type") not in ("header", "summary")])
     assert len(traces[0]) > 20 and traces[0] == traces[1]
+
+
+MOVES = """## ふるまい
+
+| 入力ストリーム | コネクター | 式 | 出力ストリーム |
+|---|---|---|---|
+| 触る | map | IF(触る.zone = "Head"; "うなずく"; "手を振る") | 動き |
+| 動き | subscribe | | 身ぶり |
+| 身ぶり done | subscribe | "座位" | Posture |
+| 触る | subscribe | "赤" | Eye LED color |
+| 触る | subscribe | "手を振る" | Print |
+{rows}
+## デバイス
+
+| ストリーム | デバイス | 名前 |
+|---|---|---|
+| 身ぶり | 身ぶり | |
+| 触る | 接触 | |
+| 踊り | 身ぶり | 拍手 |
+
+## テスト
+
+| 時間（ミリ秒） | ストリーム | 送信 | 期待 |
+|---|---|---|---|
+| 0 | 触る | zone="Head" | |
+| 0 | 身ぶり | | うなずく |
+| 0 | Eye LED color | | <> "青" |
+| 0 | Print | | 手を振る |
+| 100 | 触る | zone="Chest" | |
+| 100 | 身ぶり | | value = "手を振る" |
+| 200 | 身ぶり done | completed=TRUE | |
+| 200 | Posture | | "座位" |
+
+## シーン
+
+| 時間（秒） | 対象 | 動作 | 値 |
+|---|---|---|---|
+| 0.2 | 子ども | 触る | 胸 |
+"""
+
+
+def moves(folder: Path, rows: str = "", more: str = "") -> Path:
+    book = folder / "moves.md"
+    book.write_text(MOVES.format(rows=rows) + more, encoding="utf-8")
+    return book
+
+
+def test_rows_send_gestures_postures_and_colours_by_their_japanese_names(tmp_path: Path) -> None:
+    book = moves(tmp_path)
+    assert [d.code for d in api.check(book).report] == []
+    assert [c.passed for c in api.test(book)[1].cases] == [True]
+    pack = pack_of(book, language="ja")
+    assert pack.acts[0].parts == "頭と右腕" and pack.makes[0].words == ("うなずく", "手を振る")
+
+
+def test_a_trace_has_the_names_of_the_robot_whatever_the_rows_say(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    api.run(moves(tmp_path), api.RunSettings(seconds=6.0, fast=True, film=False, out=tmp_path / "out"))
+    lines = map(json.loads, (tmp_path / "out" / "trace.jsonl").read_text(encoding="utf-8").splitlines())
+    sent = {line["stream"]: line["value"] for line in lines if line.get("row") and "value" in line}
+    assert sent == {
+        "ふるまい!動き": "手を振る", "身ぶり": "Wave", "Eye LED color": "red", "Print": "手を振る", "Posture": "Sit",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("typed", "proposed"), [("手をふる", "手を振る"), ("Wafe", "Wave")])
+def test_a_misspelt_gesture_gets_the_right_one_proposed(tmp_path: Path, typed: str, proposed: str) -> None:
+    checked = api.check(moves(tmp_path, f'| 触る | subscribe | "{typed}" | Gesture |\n'))
+    found = next(iter(checked.report))
+    assert found.code == "LINT012" and f"did you mean {proposed}?" in str(found.message)
+
+
+def test_a_gesture_without_quotes_is_put_into_them(tmp_path: Path) -> None:
+    found = next(iter(api.check(moves(tmp_path, "| 触る | subscribe | 手を振る | Gesture |\n")).report))
+    assert found.code == "FORM001" and found.fixes[0].edits[0].text == '"手を振る"'
+
+
+def test_a_gesture_of_the_workbook_comes_before_the_robots_of_that_name(tmp_path: Path) -> None:
+    own = "\n## 身ぶり\n| 名前 | 時刻（秒） | HeadYaw |\n|---|---|---|\n| 拍手 | 1 | 0.3 |\n"
+    for more, name in (("", "Clap"), (own, "拍手")):
+        checked = api.check(moves(tmp_path, "| 触る | subscribe | | 踊り |\n", more))
+        assert checked.graph.streams["踊り"].settings["name"] == name
+        assert checked.robot.standard("Gesture", "拍手") == name
+
+
+FIELDS = """## ふるまい
+
+| 入力ストリーム | コネクター | 式 | 出力ストリーム |
+|---|---|---|---|
+| ボール | filter | ボール.距離 < 0.5 | 近い |
+| 近い | throttle | 5 s | 今 |
+| 今 | map | IF(今.色 = "red"; "赤い"; "赤くない") | 言葉 |
+| 言葉 | subscribe | | 発話 |
+| 発話 done | filter | 発話done.完了 | 終わり |
+| 終わり | subscribe | | Print |
+
+## デバイス
+
+| ストリーム | デバイス |
+|---|---|
+| ボール | ボール |
+| 発話 | 発話 |
+
+## テスト
+
+| 時間（ミリ秒） | ストリーム | 送信 | 期待 |
+|---|---|---|---|
+| 0 | ボール | 色="green"; 距離=0.6 | |
+| 50 | 近い | | なし |
+| 100 | ボール | 色="green"; 距離=0.4 | |
+| 100 | 近い | | 色="green"; distance=0.4 |
+| 100 | 発話 | | 赤くない |
+| 200 | 発話 done | 完了=FALSE | |
+| 300 | Print | | なし |
+"""
+
+
+def test_formulas_and_tests_name_fields_in_japanese(tmp_path: Path) -> None:
+    book = tmp_path / "fields.md"
+    book.write_text(FIELDS, encoding="utf-8")
+    assert [d.code for d in api.check(book).report] == []
+    assert [c.passed for c in api.test(book)[1].cases] == [True]
+    said = api.explain(book, language="ja")[0]
+    assert "その距離が0.5 m未満" in said and "「完了」が真であるとき" in said
+    analysis = no_analysis()
+    assert [one["text"] for one in vocabulary(analysis, language="ja")["records"]["ball"]["fields"]][-2:] == [
+        "距離",
+        "色",
+    ]
+    english = vocabulary(analysis)["records"]["ball"]["fields"][-1]
+    assert english["text"] == "colour" and "色" in english["words"].split()
 
 
 SPEAKS = {
@@ -362,6 +493,8 @@ def test_words_that_are_offered_for_the_scene_tests_and_protocol_are_those_that_
         assert any(key(thing["text"]).endswith(word) for word in words["kinds"])
     assert [one["text"] for one in words["values"]["エンジン"]] == ["フレーム", "イベントループ"]
     chosen = {one["text"]: one["adds"] for one in words["choices"]}
+    assert {"text": "手を振る", "words": "Wave"}.items() <= words["gestures"][0].items()
+    assert [one["text"] for one in words["postures"]][:2] == ["立位", "標準の立位"]
     assert chosen["手を振る"] == {"device": "身ぶり", "settings": {"Name": "手を振る"}}
     assert chosen["頭への接触"] == {"device": "接触", "settings": {"Zone": "頭"}}
 
@@ -386,6 +519,18 @@ def test_examples_of_the_help_say_in_japanese_what_they_say_in_english() -> None
                 notes = [row[what.columns["Notes"] - 1] for row in sheet.rows[what.row :] if "Notes" in what.columns]
                 assert [note for note in notes if note and note.isascii()] == []
     assert count > 300
+
+
+@pytest.mark.parametrize("device", load_robot().devices.values(), ids=lambda device: device.name)
+def test_examples_call_devices_as_the_japanese_grid_does_and_declare_them(device: DeviceType) -> None:
+    sheets = sheets_of(in_language(device.example, "ja"))
+    cells = {
+        name for rows in sheets.values() for row in rows for cell in row for name in re.split(r", *|(?= done)", cell)
+    }
+    assert cells & set(japanese.DEVICES.values()) == set()
+    declared = {row[0] for row in sheets["デバイス"][1:]}
+    used = {cell for row in next(iter(sheets.values()))[1:] for cell in (row[0], row[-1])} & set(japanese.DEVICES)
+    assert used <= declared and checked(in_language(device.example, "ja")).graph.streams
 
 
 def test_the_page_on_the_scene_shows_the_words_of_the_language() -> None:

@@ -200,6 +200,56 @@ TAKING = [
     ("| Start | subscribe | BLANK | Say | |", []),
 ]  # fmt: skip
 
+NEVER_EQUAL = [
+    # the formula of a row that follows Ball, what is never equal, and the formula as the fix writes it
+    ("map", 'IF(ball.colour = "赤"; 1; 2)', ["赤"], 'IF(ball.colour = "red"; 1; 2)'),
+    ("map", 'IF(ball.colour = "赤"; "赤"; "青")', ["赤"], 'IF(ball.colour = "red"; "赤"; "青")'),
+    ("map", 'IF("Gren" <> ball.colour; 1; 2)', ["Gren"], 'IF("green" <> ball.colour; 1; 2)'),
+    ("map", 'IF(ball.colour = "rot"; 1; 2)', ["rot"], None),
+    ("map", 'IF(ball.color = "赤" or ball.colour = "赤"; 1; 2)', ["赤", "赤"], None),  # which of them is not decided
+    ("map", 'ball.colour in ["red"; "青"]', ["青"], 'ball.colour in ["red"; "blue"]'),
+    ("map", 'SWITCH(ball.colour; "red"; 1; "緑"; 2)', ["緑"], 'SWITCH(ball.colour; "red"; 1; "green"; 2)'),
+    ("accumulate", 'total + IF(ball.colour = "青"; 1; 0)', ["青"], 'total + IF(ball.colour = "blue"; 1; 0)'),
+    ("filter", 'ball.colour = "赤"', ["赤"], 'ball.colour = "red"'),
+    ("filter", 'ball.colour = "赤" or ball.colour = "blue"', ["赤"], 'ball.colour = "red" or ball.colour = "blue"'),
+    ("once", 'IF(ball.colour = "赤"; 1; 2)', ["赤"], 'IF(ball.colour = "red"; 1; 2)'),
+    ("map", 'IF(ball.colour = "RED"; 1; 2)', [], None),
+    ("map", 'IF(ball.colour = LOWER("赤"); "赤"; "青")', [], None),
+    ("map", 'ball.distance & "" = "赤"', [], None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("connector", "formula", "texts", "corrected"), NEVER_EQUAL)
+def test_a_text_that_what_it_is_compared_with_never_is(connector, formula, texts, corrected):
+    found = list(
+        check(rows(f"| Ball | {connector} | {formula} | X | |\n| X | subscribe | | Print | |", header=HEADER)).report
+    )
+    assert [(d.code, str(d.address)) for d in found] == [("LINT005", "T!C2")] * len(texts)
+    assert all("can only be “red”, “green” or “blue”" in str(d.message) for d in found)
+    fixes = [edit.text for d in found for fix in d.fixes for edit in fix.edits]
+    assert fixes == ([corrected] if corrected else [])
+
+
+@pytest.mark.parametrize(("call", "expected"), [
+    ("reddish(ball.colour)", [("LINT005", "C2")]), ('reddish(ball.colour) or reddish("赤")', []),
+    ('reddish(ball.distance & "")', []),
+])  # fmt: skip
+def test_a_text_in_a_helper_that_no_row_gives_it(call, expected):
+    helpers = '\n## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| reddish | what | what = "赤" |\n'
+    found = check(rows(f"| Ball | map | {call} | X | |\n| X | subscribe | | Print | |", helpers, header=HEADER)).report
+    assert [(d.code, d.address.cell) for d in found] == expected
+    assert {d.address.sheet for d in found} == ({"Helpers"} if expected else set())
+
+
+@pytest.mark.parametrize(("given", "expected"), [
+    ('"ja"', []), ('start.count & ""', []), ('IF(start.count > 1; "ja"; "nein")', []),
+    ('IF(start.count > 1; "no"; "nein")', [("LINT005", "C5")]),
+])  # fmt: skip
+def test_a_text_is_compared_with_all_that_rows_give(given, expected):
+    text = f"| Start | map | {given} | A | |\n| Words | map | words.word | B | |\n| A, B | merge | | C | |\n"
+    assert lints(text + '| C | map | IF(c = "ja"; 1; 2) | X | |\n| X | subscribe | | Print | |') == expected
+
+
 FREE = '| Touch, Ask done | filter | askDone.completed | Free | |\n| Free | subscribe | "Hi" | Ask | |'
 WAITING = [
     (FREE, [("LINT017", "A2")]),

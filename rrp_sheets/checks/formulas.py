@@ -31,6 +31,7 @@ from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.problems import together
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.graph.build import after_needs
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
@@ -131,7 +132,7 @@ class _Compiler:
                 return None
             if scope is not None and problem.code != "FORM002" and (quoted := self._quoted(step, scope)):
                 self.report.add(
-                    "FORM001", cell.address, span=(0, len(cell.text)), fixes=[_rewrite("put-in-quotes", cell, quoted)],
+                    "FORM001", cell.address, span=(0, len(cell.text)), fixes=[rewrite("put-in-quotes", cell, quoted)],
                     reason=N_("a text needs quotes"), remedy=N_("Write {value}.", value=quoted),
                 )  # fmt: skip
                 return None
@@ -152,7 +153,8 @@ class _Compiler:
         target, device = self._text_streams.get(step.output, ""), self.graph.streams[step.output].device
         if step.connector.name not in _GIVING_TEXTS or not (target or device is None or device.type.name == "Print"):
             return ""
-        names = [*robot.gestures, *robot.postures] if target in ("Gesture", "Posture", "") else []
+        moves = [*robot.gestures, *robot.postures, *japanese.MOVES]
+        names = moves if target in ("Gesture", "Posture", "") else []
         name = next((n for n in names if key(n) == key(text)), "")
         unknown, known = _unknown_words(text, scope, self.compiled.helpers.dropped)
         if not name and (unknown < 1 + bool(known) + (not target) or key(text) in self._streams):
@@ -216,7 +218,7 @@ def _unknown_words(text: str, scope: Scope, dropped: Collection[str] = ()) -> tu
     return (0, known) if known and rest.split()[:1] == ["if"] else (unknown, known)
 
 
-def _rewrite(name: str, cell: Cell, text: str) -> Fix:
+def rewrite(name: str, cell: Cell, text: str) -> Fix:
     """Return the fix that writes a formula in another way."""
     title = N_("Write {value}", value=text if len(text) <= 60 else f"{text[:59]}…")
     return Fix(name, title, (Put(cell.address, text, cell.original),))
@@ -234,7 +236,7 @@ def _corrected(cell: Cell, problem: FormulaProblem) -> tuple[Fix, ...]:
         except FormulaProblem as other:
             problem = other
         else:
-            return (_rewrite("correct-formula", cell, text),)
+            return (rewrite("correct-formula", cell, text),)
     return ()
 
 

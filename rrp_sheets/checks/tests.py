@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from rrp_sheets.checks.send_expect import Expectation, Place, Sending, read_expect, read_send
@@ -20,6 +21,8 @@ from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_, listed
 
 LONGEST_US = 24 * 3_600_000_000  # a day: longer is surely a typing mistake
+_TEXT = re.compile('[^"“”„<>=≠;,()]+')
+"""A text within an Expect cell, in quotes or not."""
 MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]
 
 
@@ -200,7 +203,7 @@ class _Reader:
             shown = named.shown.rpartition("!")[2]
             names = frozenset(("value", key(argument_name(shown))))
             place = Place(names, named.record, lambda: self.make([(shown, named.record)]), self.alone)
-            expectation = read_expect(row.expect, place, self.report)
+            expectation = read_expect(self._standard(row.expect, named.id), place, self.report)
         elif row.send:
             sending = read_send(row.send, named.record, self.alone, self.report)
         elif named.kind in (StreamKind.SENSOR, StreamKind.DONE):
@@ -212,3 +215,10 @@ class _Reader:
         address = (row.expect or row.send or row.stream).address
         name, why = row.stream.text, named.why_silent
         return CaseRow(address.row, address, time, name, named.id, sending, expectation, why, row.notes)
+
+    def _standard(self, cell: Cell, stream: str) -> Cell:
+        """Return an Expect cell with the robot's own words for Japanese ones, as actuators are sent them."""
+        found = self.names.graph.streams.get(stream)
+        driven = self.names.graph.streams.get(found.done_of or stream) if found else None
+        robot, kind = self.names.robot, driven.device.type.name if driven and driven.device else ""
+        return replace(cell, text=_TEXT.sub(lambda match: str(robot.standard(kind, match[0])), cell.text))

@@ -212,9 +212,8 @@ def _dated(file: Unsearched) -> str:
 def _goes(planned: Deletion) -> list[str]:
     words = N_("To be deleted: {what} with {files} ({size:,.1f} MB), among them {pictures} and {sounds}.")
     if planned.within:
-        words = N_(
-            "To be deleted in {within}: {what} with {files} ({size:,.1f} MB), among them {pictures} and {sounds}."
-        )
+        words = N_("To be deleted in {within}: {what} with {files} ({size:,.1f} MB), among them {pictures} and "
+                   "{sounds}.")  # fmt: skip
     what = _runs(len(planned.runs))
     if planned.participant:
         what = N_("{runs} of {participant}", runs=what, participant=planned.participant)

@@ -81,10 +81,7 @@ def explain_command(file: Path, output: Path | None, behaviour: str, language: s
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the picture: .svg, .pdf, .png or .dot")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
 @click.option(
-    "--language",
-    type=click.Choice(list(LANGUAGES)),
-    default=None,
-    help="the language  [default: the Protocol's]",
+    "--language", type=click.Choice(list(LANGUAGES)), default=None, help="the language  [default: the Protocol's]"
 )
 def diagram_command(file: Path, output: Path | None, behaviour: str, language: str | None) -> None:
     """Draw the behaviours of FILE: sensors at the top, actuators at the bottom, rows numbered as on the sheet.

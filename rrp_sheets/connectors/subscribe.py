@@ -21,10 +21,7 @@ SUBSCRIBE = Connector(
     words=("do", "act", "command", "動かす", "実行"),
     help="Controls the actuator stream named as output. A blank value stops what it is doing.",
     sentence="{Event}, {does}.",
-    variants={
-        "code_several": "{Event}, {does}, using the latest {others}.",
-        "used": "{Event}, {does}, using {value}.",
-    },
+    variants={"code_several": "{Event}, {does}, using the latest {others}.", "used": "{Event}, {does}, using {value}."},
     legend="controls an actuator",
     build=build,
     is_sink=True,

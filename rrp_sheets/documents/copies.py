@@ -95,10 +95,8 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     named = reading.workbook.tables
     sheets = {n: rows for n, rows in to_rows(raw).items() if key(n) in named or not offered.made(n, rows)}
     if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
-        remedy = N_(
-            "Name a folder (without ending) for CSV files, or a file that ends with one of: {suffixes}.",
-            suffixes=listed(WORKBOOK_SUFFIXES),
-        )
+        remedy = N_("Name a folder (without ending) for CSV files, or a file that ends with one of: {suffixes}.",
+                    suffixes=listed(WORKBOOK_SUFFIXES))  # fmt: skip
         raise SheetsError(N_("“{name}” is not a format that can be written.", name=target.name), remedy)
     return write_sheets(sheets, target, replace=replace)
 
@@ -124,9 +122,8 @@ def not_kept(path: Path, target: Path) -> list[str]:
     if commented:
         n, some = len(commented), listed(commented[:_MOST_NAMED]) + (" …" if len(commented) > _MOST_NAMED else "")
         one = N_("A cell has comments that are not in the copy, because a text file has no place for them: {cells}.")
-        several = N_(
-            "{n} cells have comments that are not in the copy, because a text file has no place for them: {cells}."
-        )
+        several = N_("{n} cells have comments that are not in the copy, because a text file has no place for them: "
+                     "{cells}.")  # fmt: skip
         found.append(N_(one if n == 1 else several, n=n, cells=some))
     headers = [recognise(book.sheet(index, Extent.HEAD)).row for index in range(len(book.names))]
     if any(

@@ -758,17 +758,11 @@ def write_block_reason(path: Path) -> str:
             message=error.message, remedy=error.remedy,
         )  # fmt: skip
     except OSError:
-        return N_(
-            "“{name}” no longer exists: it was deleted, renamed or moved. What is shown here cannot be changed. "
-            "Put it back, or go to Workbooks.",
-            name=path.name,
-        )
+        return N_("“{name}” no longer exists: it was deleted, renamed or moved. What is shown here cannot be "
+                  "changed. Put it back, or go to Workbooks.", name=path.name)  # fmt: skip
     if not path.is_dir() and not mode & stat.S_IWUSR:
-        return N_(
-            "“{name}” is write-protected: you can view it here, but not change it. "
-            "Take the protection off in the file's properties, or change a copy.",
-            name=path.name,
-        )
+        return N_("“{name}” is write-protected: you can view it here, but not change it. Take the protection off in "
+                  "the file's properties, or change a copy.", name=path.name)  # fmt: skip
     return ""
 
 

@@ -355,8 +355,10 @@ class Engine(ABC):
         sensors = self.plan.descent[step.ref]
         observer, clock = self._observer, self.clock
         row, stream, priority = step.ref, output.id, step.row.priority
+        robot, device = self.plan.checked.robot, self.plan.checked.graph.streams[step.output].device
 
         def send(value: Value) -> None:
+            value = robot.standard(device.type.name, value) if device else value  # so that recordings compare
             output.on_next(value)
             command = self._driven[stream] = Command(stream, value, row, sensors, priority)
             self._commands.append(command)
@@ -471,10 +473,8 @@ class LiveStream(Observable[Value]):
         clock = self._clock
         clock.came += 1
         if clock.came > clock.most:
-            remedy = N_(
-                "Look for two rows that pass the same values to one stream (merge), or that start one actuator "
-                "after its own done stream. Keep only one of them."
-            )
+            remedy = N_("Look for two rows that pass the same values to one stream (merge), or that start one "
+                        "actuator after its own done stream. Keep only one of them.")  # fmt: skip
             words = N_(
                 "The rows multiply their values: more than {most:,} values came at the same moment.", most=clock.most
             )

@@ -227,10 +227,8 @@ class EventQueue:
         """Return the next event, or None if there is none by a time of the run. Raises RunBroken when too many wait."""
         if self._queue.qsize() > MOST_WAITING:
             words = N_("Events arrive faster than the rows can handle them: more than {most:,} are waiting.")
-            remedy = N_(
-                "Look for two rows that start one actuator after its own done stream, and keep only one. Or "
-                "pass fewer values on (throttle, changes, sample)."
-            )
+            remedy = N_("Look for two rows that start one actuator after its own done stream, and keep only one. Or "
+                        "pass fewer values on (throttle, changes, sample).")  # fmt: skip
             raise RunBroken(N_(words, most=MOST_WAITING), remedy)
         wait = (until_us - self.now_us) / 1_000_000
         try:

@@ -89,11 +89,7 @@ class SceneTriggers:
     def left(self) -> list[Notice]:
         """Notes on the rows that have not had their event, for the end of the run."""
         return [
-            Notice(
-                "note",
-                N_("Scene row {row} never happened: its event never came.", row=a.row),
-                row=f"Scene!{a.row}",
-            )
+            Notice("note", N_("Scene row {row} never happened: its event never came.", row=a.row), row=f"Scene!{a.row}")
             for a in (self._rows[i] for i in sorted(self._open))
         ]
 

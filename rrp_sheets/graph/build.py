@@ -125,9 +125,8 @@ class _Builder:
             guess = self._called(cell.text) or nearest(cell.text, self.connectors.names())
             remedy = N_("Choose one of {names}.", names=", ".join(names))
             if _FORMULA.search(cell.text):
-                words = N_(
-                    "This looks like a formula, which belongs in the column Formula. Choose one of {names} here."
-                )
+                words = N_("This looks like a formula, which belongs in the column Formula. Choose one of {names} "
+                           "here.")  # fmt: skip
                 remedy = N_(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
         return connector

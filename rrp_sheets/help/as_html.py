@@ -16,7 +16,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.help.connectors import draw_example, example_score
 from rrp_sheets.help.layout import Block, checked
-from rrp_sheets.help.topics import TITLES, TOPICS, known, topic_of
+from rrp_sheets.help.topics import TITLES, TOPICS, english, known, topic_of
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, translate
@@ -103,7 +103,7 @@ def _linked(command: str, language: str) -> HelpText | None:
 def term(text: str, language: str) -> list[HelpText]:
     """Return the term of a list, as a link if there is help on it."""
     name = known(text)
-    if not name or text.partition("(")[0] != name:  # the field “distance”, say, is no function
+    if not name or english(text) != name:  # the field “distance”, say, is no function
         return pieces(text, language)
     return [HelpText(translate(TITLES[name], language) if name in TOPICS else text, topic=name)]
 

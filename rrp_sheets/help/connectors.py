@@ -42,13 +42,9 @@ IN_USE = {
 def all_connectors() -> Iterator[Block]:
     """Yield the connectors, the small set first."""
     found = {c.name: c for c in connectors()}.values()
-    yield paragraph(
-        N_(
-            "A connector says what a row does with its input streams. For one with an example: `rrp-sheets help "
-            "sample`. You can spell a name in several ways: combineLatest, combine latest and COMBINE_LATEST are the "
-            "same."
-        )
-    )
+    yield paragraph(N_("A connector says what a row does with its input streams. For one with an example: "
+                       "`rrp-sheets help sample`. You can spell a name in several ways: combineLatest, combine "
+                       "latest and COMBINE_LATEST are the same."))  # fmt: skip
     for title, group in (
         (N_("To begin with"), [c for c in found if not c.advanced]),
         (N_("Advanced"), [c for c in found if c.advanced]),

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.help.functions import literal_text
 from rrp_sheets.help.layout import Block, columns, entries, example, heading, paragraph, titled, workbook
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name
@@ -17,26 +18,24 @@ _TEST = "\n## Test\n"
 DONE_EXAMPLE = example("done")
 
 
-def all_devices() -> Iterator[Block]:
+def all_devices(language: str = "en") -> Iterator[Block]:
     """Yield the sensors and actuators, each with its help."""
     robot = load_robot()
-    yield paragraph(
-        N_(
-            "The devices of the robot. Use them in the columns Input streams and Output stream, and on the Devices "
-            'sheet. For one with its fields and settings: `rrp-sheets help "Red ball"`.'
-        )
-    )
+    yield paragraph(N_("The devices of the robot. Use them in the columns Input streams and Output stream, and on the "
+                       "Devices sheet. For one with its fields and settings: `rrp-sheets help "
+                       '"Red ball"`.'))  # fmt: skip
     yield paragraph(N_("On the Devices sheet each setting has a column, with the setting's name as its header. To add "
                        "one in the grid, right-click a header and choose “Add a column …”."))  # fmt: skip
     for kind, title in (("sensor", N_("Sensors")), ("actuator", N_("Actuators"))):
         yield heading(title)
-        found = (d for d in robot.devices.values() if d.kind == kind)
-        yield entries((names[0], _listed(device, names)) for device in found if (names := names_of(robot, device)))
+        found = ((d, names_of(robot, d, language)) for d in robot.devices.values() if d.kind == kind)
+        yield entries((japanese.in_both(japanese.DEVICES, n[0], language), _listed(d, n)) for d, n in found if n)
 
 
-def names_of(robot: Robot, device: DeviceType) -> list[str]:
-    """Return the names under which a device is offered."""
-    return list(dict.fromkeys(f.name for f in robot.names.values() if f.type.name == device.name and f.offered))
+def names_of(robot: Robot, device: DeviceType, language: str = "en") -> list[str]:
+    """Return the names under which a device is offered; in Japanese the one that has a Japanese name comes first."""
+    names = dict.fromkeys(f.name for f in robot.names.values() if f.type.name == device.name and f.offered)
+    return sorted(names, key=lambda name: language == "ja" and name != device.title)
 
 
 def _listed(device: DeviceType, names: list[str]) -> str:
@@ -58,52 +57,53 @@ def device_help(device: DeviceType) -> str:
 def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     """Yield a device: what it gives or takes, its settings, and an example that is written in a language."""
     device, name = found.type, found.name
-    title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)", name=name)
+    main = device.title if language == "ja" and not found.preset else name
+    both = japanese.in_both(japanese.DEVICES, main, language)
+    own = both.partition("（")[0]  # as streams are called
+    title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)", name=both)
     yield heading(title, name.replace(" ", "-"))
     yield paragraph(device_help(device))
     if not device.simulated:
         yield paragraph(N_("The simulated robot does not carry it out yet."))
     if device.payload is not None:
-        field = f"{argument_name(name)}.{device.payload.fields[0].name}"
-        yield paragraph(N_("It gives a record. In a formula, {field} is one of its fields. The fields:", field=field))
         about = f"{device.name}."
         fields = [
-            (f.name, f.unit, literal_text(f.example), N_(f.help, msgctxt=about + f.name)) for f in device.payload.fields
-        ]
+            (japanese.in_both(japanese.FIELDS, f.name, language), f.unit, literal_text(f.example),
+             N_(f.help, msgctxt=about + f.name))
+            for f in device.payload.fields
+        ]  # fmt: skip
+        field = f"{argument_name(own)}.{fields[0][0].partition('（')[0]}"
+        yield paragraph(N_("It gives a record. In a formula, {field} is one of its fields. The fields:", field=field))
         yield columns([(N_("Field"), N_("Unit"), N_("Example"), N_("Meaning")), *fields], headed=True)
     elif device.kind == "sensor" and device.unit:
         yield paragraph(N_("It gives a number ({unit}).", unit=device.unit))
     if device.takes:
         yield paragraph(N_("It takes {what}.", what=N_(device.takes, msgctxt=f"{device.name}.takes")))
     if device.kind == "actuator":
-        yield paragraph(
-            N_(
-                "The stream “{name} done” tells when it has finished. A row can begin with that: `rrp-sheets help "
-                '"{name} done"`.',
-                name=name,
-            )
-        )
+        yield paragraph(N_("The stream “{name} done” tells when it has finished. A row can begin with that: "
+                           '`rrp-sheets help "{name} done"`.', name=own))  # fmt: skip
     if found.preset:
-        names = {k: setting.name for k, setting in device.settings.items()}
+        names = {
+            k: japanese.in_both(japanese.SETTINGS, setting.name, language) for k, setting in device.settings.items()
+        }
         preset = ", ".join(f"{names.get(k, k)} = {v}" for k, v in found.preset.items())
-        yield paragraph(
-            N_("The name {name} means {device} with {settings}.", name=name, device=device.name, settings=preset)
-        )
+        kind = japanese.in_both(japanese.DEVICES, device.title, language)
+        yield paragraph(N_("The name {name} means {device} with {settings}.", name=name, device=kind, settings=preset))
     if any(s.kind == "gesture" for s in device.settings.values()):
         gestures = load_robot().motions.values()
-        yield titled(N_("The robot's gestures"), entries((g.name, N_(g.help, msgctxt="gesture")) for g in gestures))
-        yield paragraph(
-            N_(
-                "You can make your own gestures on the sheet Gestures: a row for each keyframe, with Name, Time (s) "
-                "and a column for each joint (0.5 is rad, 30° are degrees). `rrp-sheets pose` writes such rows from "
-                "the robot's joints."
-            )
-        )
+        made = ((N_(g.name, msgctxt="posture"), N_(g.help, msgctxt="gesture")) for g in gestures)
+        yield titled(N_("The robot's gestures"), entries(made))
+        yield paragraph(N_("You can make your own gestures on the sheet Gestures: a row for each keyframe, with "
+                           "Name, Time (s) and a column for each joint (0.5 is rad, 30° are degrees). `rrp-sheets "
+                           "pose` writes such rows from the robot's joints."))  # fmt: skip
     if any(s.kind == "posture" for s in device.settings.values()):
-        yield paragraph(N_("The postures: {names}.", names=", ".join(load_robot().postures)))
+        postures = listed([N_(name, msgctxt="posture") for name in load_robot().postures])
+        yield paragraph(N_("The postures: {names}.", names=postures))
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
-        found_settings = entries((s.name, described(s)) for s in settings)
+        found_settings = entries(
+            (japanese.in_both(japanese.SETTINGS, s.name, language), described(s)) for s in settings
+        )
         yield titled(N_("Settings: columns of the Devices sheet"), found_settings)
     if device.example:
         shown = device.example.partition(_TEST)[0]  # its test says nothing to who only wants to see how it is used
@@ -113,16 +113,15 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
 
 def done_stream(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     """Explain `Say done`: the stream that an actuator gives at the end of each of its commands."""
-    yield heading(N_("{name} (stream)", name=f"{found.name} done"), f"{found.name} done".replace(" ", "-"))
-    yield paragraph(
-        N_(
-            "Every actuator has a done stream. This is the one of {name}. You need not declare it: write “{name} done” "
-            "among the Input streams. It gives a value at the end of every command, also of one that was stopped. An "
-            "actuator with its own name on the Devices sheet has its done stream under that name: “Ask done” for Ask.",
-            name=found.name,
-        )
-    )
-    fields = [(f.name, f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
+    name = japanese.in_both(japanese.DEVICES, found.name, language).partition("（")[0]
+    yield heading(N_("{name} (stream)", name=f"{name} done"), f"{found.name} done".replace(" ", "-"))
+    yield paragraph(N_("Every actuator has a done stream. This is the one of {name}. You need not declare it: write "
+                       "“{name} done” among the Input streams. It gives a value at the end of every command, also "
+                       "of one that was stopped. An actuator with its own name on the Devices sheet has its done "
+                       "stream under that name: “Ask done” for Ask.", name=name))  # fmt: skip
+    fields = [
+        (japanese.in_both(japanese.FIELDS, f.name, language), f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields
+    ]
     yield titled(N_("Its fields"), columns([(N_("Field"), N_("Unit"), N_("Meaning")), *fields], headed=True))
     about = N_("say hello, wait for two seconds, then turn the eyes red")
     yield titled(N_("For example: {about}", about=about), workbook("Say done", DONE_EXAMPLE, language))
@@ -158,4 +157,6 @@ def _default(setting: Setting) -> str:
         return show_duration(setting.default)
     if isinstance(setting.default, bool):
         return str(setting.default).upper()
+    if setting.choices:
+        return N_(str(setting.default), msgctxt="value")
     return f"{setting.default:g}" if isinstance(setting.default, float) else str(setting.default)

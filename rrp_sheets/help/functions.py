@@ -25,12 +25,8 @@ _LAZY = {  # functions of the grammar have no Python function, and so no doctest
 
 def all_functions() -> Iterator[Block]:
     """Yield every function with its usage and its first sentence, by topic."""
-    yield paragraph(
-        N_(
-            "The functions that formulas can use. Separate the values in brackets by semicolons or commas; capitals "
-            "make no difference. For one with examples: `rrp-sheets help CLAMP`."
-        )
-    )
+    yield paragraph(N_("The functions that formulas can use. Separate the values in brackets by semicolons or commas; "
+                       "capitals make no difference. For one with examples: `rrp-sheets help CLAMP`."))  # fmt: skip
     by_topic: dict[str, dict[str, Function]] = {topic: {} for topic in _TOPICS}
     for function in library():
         module = function.call.__module__.rpartition(".")[2]

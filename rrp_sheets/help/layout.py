@@ -123,7 +123,10 @@ def in_language(markdown: str, language: str) -> str:
 
     if language != "ja" or read_markdown(markdown.encode(), "help").findings:
         return markdown
-    return markdown_text(in_japanese(sheets_of(markdown)))
+    own = markdown_text(in_japanese(sheets_of(markdown)))
+    told = [[(d.code, d.address and d.address.cell, bool(d.fixes)) for d in checked(m).report] for m in (markdown, own)]
+    # a mistake with an English name of a device is shown with that
+    return own if told[0] == told[1] else markdown_text(in_japanese(sheets_of(markdown), declare=False))
 
 
 def slug(text: str) -> str:

@@ -10,19 +10,14 @@ COLUMNS = {
     "condition": ("", N_("Condition of the session.")),
     "time_s": ("s", N_("Time since the start of the run.")),
     "kind": ("", N_("What the line is, such as a value of a sensor; see the lines “kind: …”.")),
-    "stream": ("", N_(
-        "Stream of the value or message. Streams of rows begin with their sheet: Tracking!Near. Tracking!#2 comes "
-        "from row 2 of the sheet Tracking, whose output cell is blank."
-    )),
+    "stream": ("", N_("Stream of the value or message. Streams of rows begin with their sheet: Tracking!Near. "
+                      "Tracking!#2 comes from row 2 of the sheet Tracking, whose output cell is blank.")),
     "row": ("", N_("Row that the value or message comes from: sheet and number. Sensors have none.")),
-    "value": ("", N_(
-        "Value on the stream, if it is a number, a text, TRUE or FALSE. The fields of a record have columns of their "
-        "own."
-    )),
+    "value": ("", N_("Value on the stream, if it is a number, a text, TRUE or FALSE. The fields of a record have "
+                     "columns of their own.")),
     "message": ("", N_("Text of a line that is not a value: what was said or done, an error, a note.")),
-    "blank": ("", N_(
-        "Names of the columns in which a blank value came. Where another cell is empty, nothing came for that column."
-    )),
+    "blank": ("", N_("Names of the columns in which a blank value came. Where another cell is empty, nothing came "
+                     "for that column.")),
     "by": ("", N_("Person who did it by hand or sent the value. The column is there if somebody did.")),
     "workbook": ("", N_("File of the workbook that ran.")),
     "workbook_sha256": ("", N_("Fingerprint (SHA-256) of that file. It is the same only for the same file.")),
@@ -47,8 +42,8 @@ KINDS = {
     "sound": N_("A sound that the robot played."),
     "person": N_("What a person in the scene said."),
     "scene": N_(
-        "A change of the scene by hand, such as a touch. What a sensor notices of it is a line of its own, with the "
-        "kind sensor and a slightly later time."
+        "A change of the scene by hand, such as a touch. What a sensor notices of it is a line of its own, "
+        "with the kind sensor and a slightly later time."
     ),
     "press": N_("A button that the operator pressed. Its value is a line of its own, with the kind sensor."),
     "switch": N_("A behaviour that was switched on or off by hand."),

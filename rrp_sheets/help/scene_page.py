@@ -27,11 +27,10 @@ TIMES = [
     ("2.5", N_("seconds from the start of the run")),
     ("2..4", N_("a time between both, drawn again in every run")),
     ("+ 2", N_("two seconds after the row above has happened")),
-    ("Say done + 2", N_(
-        "two seconds after an event of a stream: a sensor, a row's output, or the end of an actuator’s command. It is "
-        "the first event that comes when the row above has happened. Rows under each other that wait for the same "
-        "stream answer one event after the other; what belongs to the same event gets a time such as + 0."
-    )),
+    ("Say done + 2", N_("two seconds after an event of a stream: a sensor, a row's output, or the end of an "
+                        "actuator’s command. It is the first event that comes when the row above has happened. Rows "
+                        "under each other that wait for the same stream answer one event after the other; what "
+                        "belongs to the same event gets a time such as + 0.")),
 ]  # fmt: skip
 EXAMPLE = [
     ["Time (s)", "Thing", "Does", "Value", "Notes"],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -119,7 +119,7 @@ def text_on(name: str, others: Sequence[str] = (), language: str = "en") -> Iter
     topic, elsewhere = topic_of(name), key(name) in map(key, others)
     if topic is not None and (not elsewhere or topic in (key(name), f"{key(name)}s")):
         return page_of(topic, language)
-    found = list(_named(name, language))
+    found = list(_named(english(name), language))
     if found:
         return iter(block for blocks in found for block in blocks)
     meanings = _by_word().get(key(name), []) or _meant(name)
@@ -141,8 +141,10 @@ _SENTENCE = re.compile(r".*?(?:[.](?= )|。|$)")
 def _listed(name: str, hits: Sequence[HelpEntry], language: str) -> Iterator[Block]:
     """Yield a list of entries, each with the first sentence about it."""
     yield paragraph(N_("Help that has to do with “{name}”:", name=name))
-    yield entries((hit.name, _SENTENCE.findall(translate(hit.line, language))[0]) for hit in hits)
-    yield paragraph(N_("For one of these: `rrp-sheets help {name}`", name=hits[0].name))
+    names = [japanese.in_both(japanese.DEVICES, hit.name, language) for hit in hits]
+    lines = (_SENTENCE.findall(translate(hit.line, language))[0] for hit in hits)
+    yield entries(zip(names, lines, strict=True))
+    yield paragraph(N_("For one of these: `rrp-sheets help {name}`", name=names[0].partition("（")[0]))
 
 
 def topic_of(name: str) -> str | None:
@@ -168,7 +170,10 @@ def page_of(topic: str, language: str) -> Iterator[Block]:
     from rrp_sheets.help.recording_columns import explained
     from rrp_sheets.help.scene_page import scene
 
-    lists = {"connectors": all_connectors, "functions": all_functions, "devices": all_devices, "codes": all_codes}
+    lists: dict[str, Callable[[], Iterator[Block]]] = {
+        "connectors": all_connectors, "functions": all_functions, "devices": lambda: all_devices(language),
+        "codes": all_codes,
+    }  # fmt: skip
     if topic in lists:
         yield from lists[topic]()
     elif topic == "scene":
@@ -275,13 +280,24 @@ def plain_words(device: DeviceType, robot: Robot) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*device.synonyms, *moves, *own)))
 
 
+def english(term: str) -> str:
+    """Return the English name that a term means, without what stands in brackets behind it.
+
+    >>> english("CLAMP(value; low; high)"), english("接触（Touch）"), english("発話 done")
+    ('CLAMP', 'Touch', 'Say done')
+    """
+    name = re.split("[(（]", term)[0]
+    stem = name.removesuffix(" done")
+    return japanese.standard(japanese.DEVICES, stem) + name[len(stem) :]
+
+
 def known(term: str) -> str:
     """The name that a term of a help text stands for, or an empty text.
 
     >>> known("CLAMP(value; low; high)"), known("Red ball"), known("say done"), known("whatever")
     ('CLAMP', 'Red ball', 'Say done', '')
     """
-    name = term.partition("(")[0]
+    name = english(term)
     return next((entry.name for entry in _done_entries(name)), _by_key().get(key(name), ""))
 
 
@@ -322,7 +338,7 @@ def search(text: str, language: str = "en", most: int = 20) -> list[HelpEntry]:
     >>> search("clam")[0].name, search("赤い", "ja")[0].name, search("nodding")[0].name
     ('CLAMP', 'Red ball', 'Gesture')
     """
-    return [*_done_entries(text), *_ranked(text, language, all_names(), whole=True)][:most]
+    return [*_done_entries(english(text)), *_ranked(text, language, all_names(), whole=True)][:most]
 
 
 def near(text: str, language: str = "en", most: int = 8) -> list[HelpEntry]:

@@ -143,7 +143,8 @@ _JAPANESE = {
     "redBall.distance < 0.5": "赤いボール.distance < 0.5", "Hello heard, Pressed": "呼びかけ, 押された",
     '"That is my " & touched.zone': '"ここは" & 場所', "Touched": "触られた", "Quiet": "静か",
     '"Shall we play?"': '"いっしょに遊ぼう。"', "Close ball": "近いボール", "Touches": "接触の回数",
-    "touches = 3": "接触の回数 = 3", "Three": "三回", '"Hooray, three touches!"': '"やった、3回！"',
+    "touches = 3": "接触の回数 = 3", "Three": "三回", '"Arms up"': '"両腕を上げる"',
+    '"Hooray, three touches!"': '"やった、3回！"',
 }  # fmt: skip
 """The texts of cells in the Japanese workbook; others are the same."""
 

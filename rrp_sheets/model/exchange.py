@@ -6,13 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from rrp_sheets.model.japanese import field_aliases
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 
-DONE = RecordType("Done", (
+_FIELDS = (
     Field("value", "any", help="what was commanded"),
     Field("completed", "truth", example=True, help="FALSE when it was stopped, replaced, outranked or dropped"),
     Field("seconds", "number", "s", 2.0, "how long it took"),
-))  # fmt: skip
+)
+DONE = RecordType("Done", _FIELDS, field_aliases(_FIELDS))
 """Record type of the stream `X done`, which has one value for every command of the actuator stream X."""
 
 

@@ -11,30 +11,26 @@ import re
 from collections.abc import Iterable, Mapping
 
 from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Field
 
 DEVICES = {
     "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "ボール": "Ball",
-    "色の領域": "Blob",
-    "顔": "Face", "関節の角度": "Joint position", "操作者のボタン": "Operator button", "接触": "Touch",
-    "タッチ": "Touch",
-    "足のバンパー": "Bumper", "バンパー": "Bumper", "胸のボタン": "Chest button", "ソナー": "Sonar",
-    "体の向き": "Orientation", "言葉の認識": "Word recognized", "音声認識": "Word recognized", "タイマー": "Timer",
-    "届いた色の目": "Eye LED color", "目の色": "Eye color", "目の明るさ": "Eye brightness", "発話": "Say",
-    "話す": "Say", "決まった発話": "Say parameter", "決まった文を話す": "Say parameter",
-    "顔を覚える": "Remember face",
-    "追跡": "Tracker", "関節を動かす": "Set joint position", "記録への表示": "Print", "姿勢": "Posture",
-    "身ぶり": "Gesture", "ジェスチャー": "Gesture", "待機": "Wait", "待つ": "Wait", "実行の終了": "End run",
-    "歩行": "Walk", "歩く": "Walk", "音の再生": "Play sound", "ふるまいの切り替え": "Behaviour",
+    "色の領域": "Blob", "顔": "Face", "関節の角度": "Joint position", "操作者のボタン": "Operator button",
+    "接触": "Touch", "タッチ": "Touch", "足のバンパー": "Bumper", "バンパー": "Bumper", "胸のボタン": "Chest button",
+    "ソナー": "Sonar", "体の向き": "Orientation", "言葉の認識": "Word recognized", "音声認識": "Word recognized",
+    "タイマー": "Timer", "届いた色の目": "Eye LED color", "目の色": "Eye color", "目の明るさ": "Eye brightness",
+    "発話": "Say", "話す": "Say", "決まった発話": "Say parameter", "決まった文を話す": "Say parameter",
+    "顔を覚える": "Remember face", "追跡": "Tracker", "関節を動かす": "Set joint position", "記録への表示": "Print",
+    "姿勢": "Posture", "身ぶり": "Gesture", "ジェスチャー": "Gesture", "待機": "Wait", "待つ": "Wait",
+    "実行の終了": "End run", "歩行": "Walk", "歩く": "Walk", "音の再生": "Play sound",
+    "ふるまいの切り替え": "Behaviour",
 }  # fmt: skip
 SETTINGS = {
     "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "ラベル": "Label", "表示": "Label",
-    "場所": "Zone",
-    "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed", "音量": "Volume",
-    "話しながらの身ぶり": "Gestures", "せりふ": "Text", "文": "Text", "名前": "Name", "動かし方": "Mode",
-    "使う腕": "Effector",
-    "テンポ": "Tempo", "回数": "Times", "時間": "Time", "前へ": "Forward", "左へ": "Left", "回転": "Turn",
-    "音": "Sound",
-    "ファイル": "File", "状態": "State",
+    "場所": "Zone", "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed",
+    "音量": "Volume", "話しながらの身ぶり": "Gestures", "せりふ": "Text", "文": "Text", "名前": "Name",
+    "動かし方": "Mode", "使う腕": "Effector", "テンポ": "Tempo", "回数": "Times", "時間": "Time", "前へ": "Forward",
+    "左へ": "Left", "回転": "Turn", "音": "Sound", "ファイル": "File", "状態": "State",
 }  # fmt: skip
 COLOURS = {
     "赤": "red", "緑": "green", "青": "blue", "黄": "yellow", "黄色": "yellow", "オレンジ": "orange",
@@ -42,13 +38,8 @@ COLOURS = {
     "シアン": "cyan", "茶色": "brown", "白": "white", "黒": "black", "灰色": "grey",
 }  # fmt: skip
 ZONES = {
-    "頭": "Head",
-    "左手": "Left hand",
-    "右手": "Right hand",
-    "左足": "Left foot",
-    "右足": "Right foot",
-    "胸": "Chest",
-}
+    "頭": "Head", "左手": "Left hand", "右手": "Right hand", "左足": "Left foot", "右足": "Right foot", "胸": "Chest",
+}  # fmt: skip
 CHOICES: Mapping[str, Mapping[str, str]] = {
     "colour": COLOURS, "zone": ZONES, "side": {"左": "Left", "右": "Right"},
     "mode": {"頭": "Head", "全身": "Whole body", "腕の動き": "Move"},
@@ -69,11 +60,21 @@ MOVES = {
     "頭に触れる": "Touch head", "おなかに触れる": "Touch tummy", "拍手": "Clap", "肩をすくめる": "Shrug",
     "わからない": "I don't know", "考える": "Thinking", "ダンス": "Dance", "ハイタッチ": "High five",
     "歓声を上げる身ぶり": "Cheer", "手招き": "Come here", "待って": "Halt", "抱きしめる身ぶり": "Hug",
-    "いないいないばあ": "Peekaboo", "投げキス": "Blow a kiss", "腰に手を当てる": "Hands on hips",
-    "力こぶ": "Strong", "羽ばたき": "Fly", "見回す": "Look around", "左を見る": "Look left",
-    "右を見る": "Look right", "しょんぼり": "Sad",
+    "いないいないばあ": "Peekaboo", "投げキス": "Blow a kiss", "腰に手を当てる": "Hands on hips", "力こぶ": "Strong",
+    "羽ばたき": "Fly", "見回す": "Look around", "左を見る": "Look left", "右を見る": "Look right", "しょんぼり": "Sad",
 }  # fmt: skip
 """Postures and gestures of the robot, as the setting Name of these devices has them."""
+SENT = {"Gesture": MOVES, "Posture": MOVES, "EyeLedColor": COLOURS}
+"""Words that rows send to an actuator, by its name in the catalogue."""
+FIELDS = {
+    "左右の角度": "x", "上下の角度": "y", "見かけの幅": "width", "幅": "width", "見かけの高さ": "height",
+    "高さ": "height", "距離": "distance", "色": "colour", "面積": "area", "番号": "id", "名前": "name",
+    "新しい顔": "new", "見覚えあり": "recognised", "新しい顔を確認済み": "recognized_new_face", "確からしさ": "score",
+    "ラベル": "label", "回数": "count", "触れている": "pressed", "押している": "pressed", "場所": "zone",
+    "左右の傾き": "roll", "前後の傾き": "pitch", "向き": "yaw", "転倒": "fallen", "言葉": "word",
+    "確信度": "confidence", "秒数": "seconds", "値": "value", "完了": "completed",
+}  # fmt: skip
+"""Fields of what sensors and done streams give, as formulas and Send cells may name them too."""
 THING_WORDS = {
     "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
     "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",
@@ -85,39 +86,32 @@ _ADJECTIVES = {"赤い": "red", "青い": "blue", "白い": "white", "黒い": "
 THINGS = {
     "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "黄色いボール": "Yellow ball",
     "赤いコップ": "Red cup", "青いコップ": "Blue cup", "黄色いコップ": "Yellow cup", "箱": "Box",
-    "緑の箱": "Green box",
-    "テーブル": "Table", "壁": "Wall", "人": "Person", "子ども": "Child", "大人": "Adult", "セラピスト": "Therapist",
-    "保護者": "Parent", "来客": "Visitor", "操作者": "Operator", "照明": "Light", "騒音": "Noise",
+    "緑の箱": "Green box", "テーブル": "Table", "壁": "Wall", "人": "Person", "子ども": "Child", "大人": "Adult",
+    "セラピスト": "Therapist", "保護者": "Parent", "来客": "Visitor", "操作者": "Operator", "照明": "Light",
+    "騒音": "Noise",
 }  # fmt: skip
 """Those that drop-downs offer; any colour and a number may stand with a ball, a cup and a box."""
 VERBS = {
     "現れる": "appears", "出てくる": "appears", "動く": "moves", "移動する": "moves", "回る": "circles",
-    "消える": "disappears",
-    "入ってくる": "enters", "来る": "enters", "歩く": "walks", "目をそらす": "looks away", "目を戻す": "looks back",
-    "こちらを見る": "looks back", "見える": "is seen", "触る": "touches", "さわる": "touches", "触れる": "touches",
-    "言う": "says", "話す": "says", "押す": "pushes", "ボタンを押す": "presses", "出ていく": "leaves",
-    "去る": "leaves",
-    "設定する": "set to", "になる": "set to",
+    "消える": "disappears", "入ってくる": "enters", "来る": "enters", "歩く": "walks", "目をそらす": "looks away",
+    "目を戻す": "looks back", "こちらを見る": "looks back", "見える": "is seen", "触る": "touches",
+    "さわる": "touches", "触れる": "touches", "言う": "says", "話す": "says", "押す": "pushes",
+    "ボタンを押す": "presses", "出ていく": "leaves", "去る": "leaves", "設定する": "set to", "になる": "set to",
 }  # fmt: skip
 FREE = frozenset(map(key, ("says", "presses", "press", "is seen")))
 """Verbs whose Value is words of people."""
 VALUE = {
     "位置": "at", "行き先": "to", "所要時間": "in", "大きさ": "size", "高さ": "height", "向き": "turned",
-    "半径": "radius",
-    "周期": "period", "中心": "around", "水平": "flat", "テーブルの上": "on table", "床の上": "on floor",
-    "座って": "seated",
-    "立って": "standing", "名前": "name", "番号": "id", "声": "voice", "写真": "with picture", "長さ": "for",
-    "女性": "female", "男性": "male", "子ども": "child", "左から": "from the left", "右から": "from the right",
-    "後ろから": "from behind", "前から": "from the front", "そっと": "gently", "強く": "hard",
-    "秒": "s", "ミリ秒": "ms", "分": "min", "メートル": "m", "センチ": "cm", "ミリ": "mm", "度": "°", **ZONES,
+    "半径": "radius", "周期": "period", "中心": "around", "水平": "flat", "テーブルの上": "on table",
+    "床の上": "on floor", "座って": "seated", "立って": "standing", "名前": "name", "番号": "id", "声": "voice",
+    "写真": "with picture", "長さ": "for", "女性": "female", "男性": "male", "子ども": "child",
+    "左から": "from the left", "右から": "from the right", "後ろから": "from behind", "前から": "from the front",
+    "そっと": "gently", "強く": "hard", "秒": "s", "ミリ秒": "ms", "分": "min", "メートル": "m", "センチ": "cm",
+    "ミリ": "mm", "度": "°", **ZONES,
 }  # fmt: skip
 EXPECTED = {
-    "何でも": "any",
-    "任意": "any",
-    "なし": "nothing",
-    "何もなし": "nothing",
-    "なしまたは空": "nothing or blank",
-}
+    "何でも": "any", "任意": "any", "なし": "nothing", "何もなし": "nothing", "なしまたは空": "nothing or blank",
+}  # fmt: skip
 LISTS = {
     "コネクター": "Connectors", "センサー": "Sensors", "アクチュエーター": "Actuators",
     "すべてのデバイス": "All devices", "有効": "On or off", "対象": "Thing", "動作": "Does", **SETTINGS,
@@ -202,6 +196,12 @@ def words_for(words: Mapping[str, str], *standards: str) -> list[str]:
     return [own for own, meant in words.items() if meant in standards]
 
 
+def field_aliases(fields: Iterable[Field]) -> dict[str, str]:
+    """Return the Japanese names of a record's fields, each with the field that it names."""
+    names = {f.name for f in fields}
+    return {own: meant for own, meant in FIELDS.items() if meant in names}
+
+
 def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
     """Return the entries of a drop-down's list in Japanese, by the list's title.
 
@@ -225,3 +225,13 @@ def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, .
     for word, meant in words.items():
         first.setdefault(key(meant), word)
     return tuple(first.get(key(one), one) for one in standards)
+
+
+def in_both(words: Mapping[str, str], name: str, language: str) -> str:
+    """Return a name as workbooks of a language have it, with the English one in brackets, which they may have too.
+
+    >>> in_both(FIELDS, "colour", "ja"), in_both(FIELDS, "colour", "en")
+    ('色（colour）', 'colour')
+    """
+    own = japanese(words, [name])[0] if language == "ja" else name
+    return name if own == name else f"{own}（{name}）"

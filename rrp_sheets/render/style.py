@@ -364,11 +364,7 @@ def scripts_without_font(text: str) -> list[str]:
 
 def _warning(script: str) -> str:
     if script == "Japanese":
-        return N_(
-            "The Japanese font does not come with this installation: Japanese texts use this machine's fonts, "
-            "and are boxes where it has none."
-        )
-    return N_(
-        "No font for {script} comes along: such letters use this machine's fonts, and are boxes where it has none.",
-        script=script,
-    )
+        return N_("The Japanese font does not come with this installation: Japanese texts use this machine's fonts, "
+                  "and are boxes where it has none.")  # fmt: skip
+    return N_("No font for {script} comes along: such letters use this machine's fonts, and are boxes where it has "
+              "none.", script=script)  # fmt: skip

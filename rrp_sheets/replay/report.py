@@ -67,10 +67,8 @@ def unknown(recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends |
 
 
 def _ends_said(ends: Ends) -> list[str]:
-    words = N_(
-        "The recorded world does not react. The robot would have moved and spoken differently, and "
-        "people would have answered differently. The sensor values are those of the session."
-    )
+    words = N_("The recorded world does not react. The robot would have moved and spoken differently, and people "
+               "would have answered differently. The sensor values are those of the session.")  # fmt: skip
     said: list[str] = [words]
     if ends.dropped:
         one = N_("{commands} of the session is not sent, so its recorded end is skipped.")
@@ -85,9 +83,8 @@ def _ends_said(ends: Ends) -> list[str]:
             shown=_few(N_("{value} {seconds:.1f} s", value=show(v, 40), seconds=s) for _, v, s in ends.usual),
         ))  # fmt: skip
     if ends.unknown:
-        words = N_(
-            "The session never had {commands}, so the end is unknown ({shown}). Rows that wait for it do not act."
-        )
+        words = N_("The session never had {commands}, so the end is unknown ({shown}). Rows that wait for it do not "
+                   "act.")  # fmt: skip
         shown = _few(show(value, 40) for _, value in ends.unknown)
         said.append(N_(words, commands=_many(len(ends.unknown)), shown=shown))
     return said

@@ -58,10 +58,8 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
     if checked.report.errors:
         message, program = checked.report.errors[0].message, recorded.header.text("program")
         words = N_("The workbook of this run has errors for this version of the program ({version}): {message}")
-        remedy = N_(
-            "Replay it with the version that recorded it ({program}), or use --with and a corrected workbook.",
-            program=program,
-        )
+        remedy = N_("Replay it with the version that recorded it ({program}), or use --with and a corrected "
+                    "workbook.", program=program)  # fmt: skip
         raise SheetsError(N_(words, version=__version__, message=message), remedy)
     name = recorded.header.text("name") or path.name
     return ReplaySource(name, reading, checked, _plan(checked, recorded))

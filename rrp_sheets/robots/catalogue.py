@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
@@ -207,6 +208,17 @@ class Robot:
         motions = {**{key(g.name): g for g in own}, **self.motions} | {key(g.name): g for g in own}
         return _assemble(self.name, self.folder, self.data, motions, self.talking)
 
+    def standard(self, device: str, value: Value) -> Value:
+        """Return what is sent to an actuator with the robot's own word for a Japanese one; the name of a gesture stays.
+
+        >>> nao = load_robot()
+        >>> nao.standard("Gesture", "手を振る"), nao.standard("EyeLedColor", "赤"), nao.standard("SayInput", "手を振る")
+        ('Wave', 'red', '手を振る')
+        """
+        if not isinstance(value, str) or key(value) in self.motions:
+            return value
+        return japanese.standard(japanese.SENT.get(device, {}), value)
+
     @property
     def languages(self) -> Mapping[str, str]:
         """The languages that it speaks: their codes, each with its name."""
@@ -290,7 +302,7 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
     if "fields" in entry:
         fields = tuple(Field(**{**f, "choices": tuple(f.get("choices", ()))}) for f in entry["fields"])
         name = entry.get("record", entry.get("title", entry["name"]))
-        payload = RecordType(name, fields, entry.get("aliases", {}))
+        payload = RecordType(name, fields, {**entry.get("aliases", {}), **japanese.field_aliases(fields)})
     by = {
         key(setting): uses[choices] if isinstance(choices, str) else {key(c): tuple(u) for c, u in choices.items()}
         for setting, choices in entry.get("resources_by", {}).items()

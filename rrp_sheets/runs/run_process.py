@@ -41,9 +41,8 @@ STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is jus
 SEND_WITHIN = 2.0  # s, for the engine to take a message; its connection holds hundreds of them
 FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
 SIMULATOR_CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
-REMEDY_STUCK = N_(
-    "Check that row's connector and formula. If they come with the program, please report it with the workbook."
-)
+REMEDY_STUCK = N_("Check that row's connector and formula. If they come with the program, please report it with the "
+                  "workbook.")  # fmt: skip
 REMEDY_SLOW = N_("Use shorter texts and lists in these rows, or run them less often.")
 ROW_WITHIN = 2.0
 """Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s

@@ -135,9 +135,8 @@ def _refuse_bundle(path: Path) -> None:
         return
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
         if bundles.VERSIONS_FILE in packed.namelist():
-            remedy = N_(
-                "Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it again."
-            )
+            remedy = N_("Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it "
+                        "again.")  # fmt: skip
             message = N_("“{name}” is a bundle already: it can be passed on as it is.", name=path.name)
             raise SheetsError(message, N_(remedy, name=path.name))
 

@@ -176,11 +176,8 @@ class Simulator:
             since = self._cpu() - self._asked
             self._still_before_rest = self._still_before_rest + passed if still else 0.0
             if max(since, self._still_before_rest) > REST_BEGINS_WITHIN:
-                return N_(
-                    "The simulator did not react to Stop within {seconds:g} s and was stopped. The robot did not "
-                    "reach its rest position.",
-                    seconds=REST_BEGINS_WITHIN,
-                )
+                return N_("The simulator did not react to Stop within {seconds:g} s and was stopped. The robot did "
+                          "not reach its rest position.", seconds=REST_BEGINS_WITHIN)  # fmt: skip
         if still > ANSWER_STILL_WITHIN:
             return N_("The simulator has not answered for {seconds:g} s.", seconds=ANSWER_STILL_WITHIN)
         limit = COMPUTE_WITHIN if opened else OPEN_WITHIN

@@ -249,10 +249,8 @@ class Hearing:
             return None
         listener, deaf, same = self._ear.listener(f"s{len(self._listeners)}", words)
         if deaf:
-            told = N_(
-                "{words} cannot be heard: only English words are recognised. Type it in the run panel: Send a value.",
-                words=", ".join(f"“{text}”" for text in deaf[:MOST_TOLD]),
-            )
+            told = N_("{words} cannot be heard: only English words are recognised. Type it in the run panel: Send a "
+                      "value.", words=", ".join(f"“{text}”" for text in deaf[:MOST_TOLD]))  # fmt: skip
             self._tell(Notice("error", told, stream))
         for one, other in same:
             told = N_("“{other}” sounds like “{one}”: it is heard as “{one}”.", other=other, one=one)
@@ -288,9 +286,8 @@ class Hearing:
         elif not any(words_in(said.text, words) for words, _ in self._listeners):
             template = N_("{thing} says “{words}”: no sensor of this workbook listens for that.")
         elif not said.text.isascii():
-            template = N_(
-                "{thing} says “{words}”: the robot did not understand it, because it knows only English words."
-            )
+            template = N_("{thing} says “{words}”: the robot did not understand it, because it knows only English "
+                          "words.")  # fmt: skip
         elif utterance.noise >= 0.05:
             template = N_("{thing} says “{words}”: the robot did not understand it. The noise is {noise}.")
         return N_(template, thing=said.action.thing, words=said.text, noise=f"{utterance.noise:.0%}")

@@ -386,10 +386,8 @@ TIPPED = 0.8  # rad from how it stood before: it falls, and nothing will stop th
 CALM_US = 1_000_000  # so long after a push it must have come to rest for the guide to take it again
 CALM_RATE = 0.15  # rad/s, of the torso: at rest
 UPSET = 0.12  # rad: a robot that is tilted by more is still on its way
-FALLEN = N_(
-    "The robot has fallen. Its motors are off for the rest of this run; speech and eyes still work. "
-    "Check what pushes it in the Scene sheet, or run again."
-)
+FALLEN = N_("The robot has fallen. Its motors are off for the rest of this run; speech and eyes still work. Check "
+            "what pushes it in the Scene sheet, or run again.")  # fmt: skip
 LIES = N_("The robot lies on the floor with its motors off, so it cannot do this.")
 
 

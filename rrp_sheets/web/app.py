@@ -48,10 +48,8 @@ BLUEPRINTS = (
     comparison.blueprint, printing.blueprint, help.blueprint, lessons.blueprint,
 )  # fmt: skip
 """Those of the views; with `--lan` that of `login` too."""
-_NEW_LINK = N_(
-    "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints. If there is no "
-    "such window, restart the server."
-)
+_NEW_LINK = N_("Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints. If "
+               "there is no such window, restart the server.")  # fmt: skip
 _NOT_NOW = N_("This cannot be done now")
 _REFUSALS = {
     400: (N_("This address does not lead here"),

@@ -106,8 +106,12 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
              "named": own(one["text"]) != one["text"]}
             if "adds" in one else one for one in found[name]
         ]  # fmt: skip
+    for record in found["records"].values():
+        record["fields"] = [_field_written(one) for one in record["fields"]]
     found["choices"] = [_choice_written(one) for one in found["choices"]]
     found["devices"] = [{**one, "text": own(one["text"])} for one in found["devices"]]
+    for name in ("gestures", "postures"):
+        found[name] = [{**m, "text": written(japanese.MOVES, m["text"]), "words": m["text"]} for m in found[name]]
     takes = {device: {s: chosen(words, s) for s, words in known.items()} for device, known in found["takes"].items()}
     also = {key(word): takes[key(device)] for word, device in japanese.DEVICES.items() if key(device) in takes}
     found["takes"] = {**takes, **also}
@@ -123,6 +127,12 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
             choices = [{**asdict(choice), "text": field.shown(choice.text, "ja")} for choice in field.choices]
             found["values"] = {**found["values"], key(name): choices}
     return found
+
+
+def _field_written(found: Word) -> Word:
+    """Return a field by its Japanese name, if it has one: those of the workbook's own tables have none."""
+    own = next((word for word in found["words"].split() if not word.isascii()), found["text"])
+    return {**found, "text": own, "words": f"{found['text']} {found['words']}"}
 
 
 def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -201,7 +211,8 @@ def _record(record: RecordType, device: str = "") -> dict[str, Any]:
     for field in record.fields:
         about = N_(field.help, msgctxt=f"{device}.{field.name}" if device else "done") if field.help else ""
         about = N_("{help} ({unit})", help=about, unit=field.unit) if field.unit else about
-        fields.append({"text": argument_name(field.name), "help": about})
+        also = " ".join(name for name, meant in record.aliases.items() if key(meant) == key(field.name))
+        fields.append({"text": argument_name(field.name), "help": about, "words": also})
     return {"name": record.name, "fields": fields}
 
 
@@ -215,23 +226,14 @@ def _devices(
     declared = {key(d.stream.text): d.device.text for d in devices}
     own = ((name, declared[key(name)]) for name in mine)
     return [
-        *(
-            {
-                "text": n,
-                "kind": kind,
-                "help": N_("of your Devices: {device}", device=d),
-                "device": d,
-                "words": _synonyms(robot, d),
-                "used": True,
-            }
-            for n, d in own
-        ),
+        *({"text": n, "kind": kind, "help": N_("of your Devices: {device}", device=d), "device": d,
+           "words": _synonyms(robot, d), "used": True} for n, d in own),
         *(
             {"text": n, "kind": kind, "help": _help(robot, firsts, n), "words": _synonyms(robot, n)}
             | ({"used": True} if key(n) in used else {} if columns is None else {"adds": {"device": n, "settings": {}}})
             for n in offered
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _missing_columns(analysis: Analysis, columns: Sequence[str] | None, language: str) -> list[dict[str, str]]:

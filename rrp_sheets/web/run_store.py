@@ -120,9 +120,8 @@ def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
                 raise
             why = error.message.places.get("reason", "") if isinstance(error.message, LazyMessage) else ""
             plain = N_("There is no room for this file in “{folder}”, where files are made before they are sent.")
-            full = N_(
-                "There is no room for this file in “{folder}”, where files are made before they are sent ({why})."
-            )
+            full = N_("There is no room for this file in “{folder}”, where files are made before they are sent "
+                      "({why}).")  # fmt: skip
             message = N_(full if why else plain, folder=str(Path(folder).parent), why=why)
             remedy = N_("Make room there, on the computer on which the program runs, and try again.")
             raise SheetsError(message, remedy) from None

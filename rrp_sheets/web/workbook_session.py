@@ -798,12 +798,8 @@ class OpenWorkbooks:
         if mine >= (MOST_OF_LOGIN if login_key else MOST_HERE):
             return N_("You have {n} pages open here. Close one; this page then continues by itself.", n=mine)
         if len(listeners) >= MOST_LISTENERS:
-            return N_(
-                "{n} pages are open on this server, {mine} of them yours. It cannot update more of them. When one is "
-                "closed, this page continues by itself.",
-                n=len(listeners),
-                mine=mine,
-            )
+            return N_("{n} pages are open on this server, {mine} of them yours. It cannot update more of them. When "
+                      "one is closed, this page continues by itself.", n=len(listeners), mine=mine)  # fmt: skip
         return ""
 
     def poll(self) -> None:

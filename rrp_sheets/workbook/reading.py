@@ -78,6 +78,8 @@ class Reader:
             first.setdefault(key(name), name)
         kinds = ("behaviour", "devices", "helpers", "gestures", "test")
         behaviours, devices, helpers, gestures, tests = (tuple(self._found.get(kind, ())) for kind in kinds)
+        moves = {key(row.name.text) for row in gestures}
+        devices = tuple(readers.with_standard_moves(device, moves) for device in devices)
         scene = tuple(self._found["scene"]) if "scene" in self._found else None
         risks = next(iter(self._found.get("risks", ())), None)  # of several with that header the first one counts
         if not behaviours and not self._nearly:

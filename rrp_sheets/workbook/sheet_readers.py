@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count, groupby, product, takewhile
@@ -268,12 +268,20 @@ def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     devices = []
     for line in table.shown_lines():
         device = _in(table.cell(line, "Device"), partial(japanese.standard, japanese.DEVICES))
-        words = {**japanese.CHOICES, "name": japanese.MOVES if device.text in ("Gesture", "Posture") else {}}
         settings = {
-            keys[c]: _in(table.cell(line, c), partial(japanese.standard, words.get(keys[c], {}))) for c in sorted(keys)
+            k: _in(table.cell(line, c), partial(japanese.standard, japanese.CHOICES.get(k, {})))
+            for c, k in sorted(keys.items())
         }
         devices.append(model.Device(table.cell(line, "Stream"), device, settings, headers))
     return tuple(devices)
+
+
+def with_standard_moves(device: model.Device, own: Container[str]) -> model.Device:
+    """Return a device with the robot's word for a Japanese gesture or posture; `own` are keys of the workbook's own."""
+    name = device.settings.get("name")
+    if not name or device.device.text not in ("Gesture", "Posture") or key(name.text) in own:
+        return device
+    return replace(device, settings={**device.settings, "name": _in(name, partial(japanese.standard, japanese.MOVES))})
 
 
 def place_of_devices(table: OwnTable) -> model.DeviceSheet:

@@ -265,7 +265,7 @@ _PIECE = re.compile(r"\"[^\"]*\"|'[^']*'|(?<![\w.\[])[^\W\d]\w*(\s*\()?")
 
 
 def in_japanese(
-    sheets: Mapping[str, Sequence[Sequence[str]]], own: Callable[[str], str] | None = None
+    sheets: Mapping[str, Sequence[Sequence[str]]], own: Callable[[str], str] | None = None, *, declare: bool = True
 ) -> dict[str, list[list[str]]]:
     """Return the rows of an English example with Japanese titles, headers and words.
 
@@ -273,8 +273,16 @@ def in_japanese(
         sheets: the rows by sheet name. One with a misspelt header stays as it is, as do
             headers of the user's own tables.
         own: returns the Japanese word for a name, a note or a text of the example; without it, the catalogue does.
+        declare: without `own`, whether streams called as devices have Japanese names, declared in the sheet Devices.
     """
-    return _Japanese(sheets, own or (lambda text: translate(LazyMessage(text, msgctxt="example"), "ja"))).sheets()
+    words = {**japanese.MOVES, **(japanese.DEVICES if declare else {})}
+
+    def of_example(text: str) -> str:
+        shown = translate(LazyMessage(text, msgctxt="example"), "ja")
+        return shown if shown != text else japanese.japanese(words, [text])[0]
+
+    made = _Japanese(sheets, own or of_example)
+    return made.sheets() if own or not declare else made.declared()
 
 
 class _Japanese:
@@ -287,6 +295,7 @@ class _Japanese:
         self._arguments: dict[str, str] = {}  # of formulas, by key
         self._given: set[str] = set()  # keys of the names of devices, outputs and helpers
         self._helpers: set[str] = set()
+        self._used: list[str] = []  # names of streams and helpers, as they are written
 
     def _title(self, name: str, kind: SheetKind) -> str:
         return kind.called[0] if kind.names(name) and not kind.any_name else self._own(name)
@@ -300,10 +309,28 @@ class _Japanese:
                     column = what.kind.column(header) if what.kind else None
                     found = _NAME.findall(text) if column is not None and column.kind in _NAMES else ()
                     names += [self._split(one.strip())[2] for one in found]
-                    self._given |= set(map(key, found)) if header in ("Stream", "Output stream", "Name") else set()
+                    gives = column is not None and column.kind in ("stream", "output", "helper", "gesture")
+                    self._given |= set(map(key, found)) if gives else set()
                     self._helpers |= set(map(key, found)) if header == "Name" else set()
+        self._used = names
         self._arguments = {key(argument_name(name)): argument_name(self._name(name)) for name in names}
         return {self._titles.get(name, name): self._sheet(name, what) for name, what in self._known.items()}
+
+    def declared(self) -> dict[str, list[list[str]]]:
+        """Return the rows by sheet, with the devices that streams are called by: a robot knows only English names."""
+        made = self.sheets()
+        sheet = next((name for name, what in self._known.items() if what.kind is DEVICES), "")
+        lines = self._lines(sheet, self._known[sheet]) if sheet else []
+        devices = {key(name): own for own, name in reversed(japanese.DEVICES.items())}
+        used = dict.fromkeys(key(name.removesuffix(" done")) for name in self._used)
+        rows = [devices[k] for k in used if k in devices and k not in {key(line["Stream"]) for line in lines}]
+        at = self._known[sheet].columns if sheet else {"Stream": 1, "Device": 2}
+        table = (
+            made.setdefault(self._titles.get(sheet, DEVICES.called[0]), [["ストリーム", "デバイス"]]) if rows else []
+        )
+        for own in rows:
+            table.append([own if c in (at["Stream"], at["Device"]) else "" for c, _ in enumerate(table[0], 1)])
+        return made
 
     def _lines(self, name: str, what: Recognised) -> list[dict[str, str]]:
         """Return the rows below the header, each as its texts by standard header."""

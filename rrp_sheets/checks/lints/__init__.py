@@ -20,7 +20,7 @@ from rrp_sheets.checks.lints.flooded import lint_flooded
 from rrp_sheets.checks.lints.input_specs import lint_input_specs
 from rrp_sheets.checks.lints.spoken_language import lint_spoken_language
 from rrp_sheets.checks.lints.stale import lint_stale
-from rrp_sheets.checks.lints.unmatched import lint_unmatched
+from rrp_sheets.checks.lints.unmatched import lint_never_equal, lint_unmatched
 from rrp_sheets.checks.lints.unreachable import lint_undriven, lint_unreachable
 from rrp_sheets.checks.lints.unused_helpers import lint_unused_helpers
 from rrp_sheets.connectors import Parameter
@@ -35,8 +35,8 @@ from rrp_sheets.workbook.schema import SHEETS
 __all__ = ["lint"]
 
 _OF_ROWS = (
-    lint_stale, lint_flooded, lint_conflicts, lint_unreachable, lint_failing_formulas, lint_input_specs,
-    lint_spoken_language,
+    lint_stale, lint_flooded, lint_conflicts, lint_never_equal, lint_unreachable, lint_failing_formulas,
+    lint_input_specs, lint_spoken_language,
 )  # fmt: skip
 _OF_ALL_ROWS = (lint_undriven, lint_unused_helpers, lint_unmatched, lint_deadlock)
 _FORMULAS = (Parameter.FORMULA, Parameter.OPTIONAL_FORMULA)

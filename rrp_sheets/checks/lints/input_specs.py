@@ -11,6 +11,7 @@ from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import KINDS, kind_of, kind_of_value
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import understand
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
@@ -103,8 +104,9 @@ def _stands(value: Value, context: LintContext) -> str:
 
 
 def _wrong(value: Value, stream: Stream, taker: InputSpec, context: LintContext) -> str:
-    if value is None:
+    if value is None or stream.device is None:
         return ""
+    value = context.robot.standard(stream.device.type.name, value)
     return taker.wrong(value, stream, context) if kind_of_value(value) in taker.kinds else kind_of(value)
 
 
@@ -136,7 +138,8 @@ def _gesture(value: Value, stream: Stream, context: LintContext) -> str:
 
 
 def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
-    guess = nearest(str(value), names)
+    names = list(names)
+    guess = nearest(str(value), [*names, *japanese.words_for(japanese.MOVES, *names)])
     if guess:
         return N_("{value}, which is not a {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
     return N_("{value}, which is not a {what}", value=show(value), what=what)

@@ -1,21 +1,29 @@
-"""LINT016: cells of a table that are compared with a sensor's value but never equal to it, such as a misspelt place."""
+"""LINT005 and LINT016: texts in formulas and cells of tables that are never equal to what they are compared with."""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import NoneType
 
 from rrp_sheets.checks.facts import RECORD, AbstractValue, known_of
+from rrp_sheets.checks.formulas import rewrite
 from rrp_sheets.checks.lints.context import LintContext
-from rrp_sheets.diagnostics.report import meant
+from rrp_sheets.diagnostics.report import Fix, meant
 from rrp_sheets.formulas import Table
+from rrp_sheets.formulas.parsing import Switch
 from rrp_sheets.graph import Step
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.workbook import Cell
 from rrp_sheets.texts import N_, listed
 
 _LOOK_UP = frozenset({"XLOOKUP", "MATCH"})
 _SHOWN = 12  # texts that are listed
+_MOST_CALLS = 1_000  # of helpers that are followed
+NEVER_PASSES = N_("No value can pass this filter")
 
 
 @dataclass
@@ -99,3 +107,76 @@ def _whole(node: ast.AST, tables: Mapping[str, Table]) -> tuple[Table, str] | No
         return None
     columns = ((table, one.name) for table in tables.values() for one in table.type.fields)
     return next(((table, name) for table, name in columns if table.column(name) == node.value), None)
+
+
+# ---- texts in formulas
+def lint_never_equal(context: LintContext) -> None:
+    """Report texts that are compared with a value that has others only, such as a colour that no sensor gives."""
+    found: dict[tuple[Cell, str, str, bool], list[AbstractValue]] = {}
+    calls = 0
+
+    def collect(tree: ast.AST, names: Mapping[str, AbstractValue], cell: Cell, dead: bool) -> None:
+        nonlocal calls
+        for what, text in _texts_compared(tree):
+            name = what.id if isinstance(what, ast.Name) else what.attr
+            found.setdefault((cell, text, name, dead), []).append(known_of(what, names))
+        for node in ast.walk(tree):
+            helper = getattr(node, "helper", None)
+            if helper is not None and helper.tree is not None and isinstance(node, ast.Call) and calls <= _MOST_CALLS:
+                calls += 1
+                given = {p.name: known_of(a, names) for p, a in zip(helper.parameters, node.args, strict=True)}
+                collect(helper.tree, given, context.compiled.helpers.cells[key(helper.shown)][1], False)
+
+    for step in context.steps():
+        if (formula := context.compiled.formulas.get(step.ref)) is not None:
+            inputs = zip(formula.names[len(step.connector.extra) :], step.inputs, strict=False)
+            known = {name: context.fact(stream).known for name, stream in inputs}
+            collect(formula.tree, known, step.row.formula, step.ref in context.routes.dead)
+    for (cell, text, name, dead), values in found.items() if calls <= _MOST_CALLS else ():
+        can = [c for known in values for c in known.choices or (0,)]
+        texts = list(dict.fromkeys(c for c in can if isinstance(c, str)))
+        if (
+            texts
+            and all(isinstance(c, (str, NoneType)) for c in can)
+            and text.casefold() not in map(str.casefold, texts)
+        ):
+            _tell_never_equal(cell, text, name, texts, dead, context)
+
+
+def _texts_compared(tree: ast.AST) -> Iterator[tuple[ast.Name | ast.Attribute, str]]:
+    """Yield the names and fields that a formula compares with texts, and these texts."""
+    for node in ast.walk(tree):
+        pairs: list[tuple[ast.AST | None, ast.AST]] = []
+        if isinstance(node, ast.Compare) and len(node.ops) == 1:
+            left, right = node.left, node.comparators[0]
+            if isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+                pairs = [(left, right), (right, left)]
+            elif isinstance(right, (ast.List, ast.Tuple)):
+                pairs = [(left, one) for one in right.elts]
+        elif isinstance(node, Switch):
+            pairs = [(node.value, case) for case in node.cases]
+        for what, text in pairs:
+            fixed = text.value if isinstance(text, ast.Constant) else None
+            if isinstance(what, (ast.Name, ast.Attribute)) and isinstance(fixed, str):
+                yield what, fixed
+
+
+def _tell_never_equal(cell: Cell, text: str, name: str, can: Sequence[str], dead: bool, context: LintContext) -> None:
+    own = (japanese.standard(words, text) for words in japanese.CHOICES.values())
+    guess = next((one for one in own if one in can), None) or nearest(text, can)
+    remedy = meant(guess, N_("Compare it with the values that its input can have."), quoted=True)["remedy"]
+    values = listed([N_("“{text}”", text=one) for one in can[:_SHOWN]], "or")
+    why = N_("“{name}” can only be {values}, so this never matches", name=name, values=values)
+    what = NEVER_PASSES if dead else N_("“{text}” never occurs", text=text)
+    fixes = _corrected(cell, text, guess) if guess else ()
+    context.report.add("LINT005", cell.address, what=what, why=why, remedy=remedy, fixes=fixes)
+
+
+def _corrected(cell: Cell, wrong: str, guess: str) -> tuple[Fix, ...]:
+    """Return the fix that writes the text that is meant; empty where it is uncertain which of several texts that is."""
+    text = rf"""(?P<open>["“”„'])\s*{re.escape(wrong)}\s*(?P<close>["“”'])"""
+    for pattern in (rf"(?P<before>[=>≠]\s*){text}", rf"(?P<before>){text}(?=\s*[=<!≠])", rf"(?P<before>){text}"):
+        new, count = re.subn(pattern, rf"\g<before>\g<open>{guess}\g<close>", cell.text)
+        if count == 1:
+            return (rewrite("correct-text", cell, new),)
+    return ()

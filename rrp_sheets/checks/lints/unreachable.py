@@ -6,6 +6,7 @@ import ast
 
 from rrp_sheets.checks.facts import NUMBER, known_of
 from rrp_sheets.checks.lints.context import LintContext, row_of
+from rrp_sheets.checks.lints.unmatched import NEVER_PASSES
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.parsing import Pick
 from rrp_sheets.graph import Step, StreamKind
@@ -55,7 +56,8 @@ def _filter(step: Step, context: LintContext) -> None:
         elif can is not None and 0 < len(can) <= _MOST_CHOICES:
             values = listed([N_("“{text}”", text=v) if isinstance(v, str) else show(v) for v in can], "or")
             why = N_("“{name}” can only be {values}, so this never matches", name=context.name(first), values=values)
-        context.report.add("LINT005", address, why=why, remedy=remedy)
+        if not any(d.code == "LINT005" and d.address == address for d in context.report):  # of a text in it
+            context.report.add("LINT005", address, what=NEVER_PASSES, why=why, remedy=remedy)
     elif not formula.used:
         _without_input(step, formula, context)
     else:
@@ -80,4 +82,5 @@ def _without_input(step: Step, formula: Formula, context: LintContext) -> None:
         example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
         context.report.add("LINT015", address, why=why, example=example)
     else:
-        context.report.add("LINT005", address, why=why, remedy=N_("Use the input in the condition."))
+        remedy = N_("Use the input in the condition.")
+        context.report.add("LINT005", address, what=NEVER_PASSES, why=why, remedy=remedy)

@@ -248,7 +248,8 @@ def _gestures(source: Source, drivers: Sequence[Driver]) -> list[Gesture]:
         if fact is None or fact.known.choices is None:
             return []
         names += [name for name in fact.known.choices if name]
-    found = [motions.get(key(name)) if isinstance(name, str) else None for name in names]
+    standard = [source.checked.robot.standard("Gesture", name) for name in names]
+    found = [motions.get(key(name)) if isinstance(name, str) else None for name in standard]
     return [g for g in found if g is not None] if None not in found else []
 
 

@@ -59,16 +59,7 @@ from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
-from rrp_sheets.workbook.comments import (
-    Comment,
-    Thread,
-    checked_text,
-    new_id,
-    removed,
-    replied,
-    resolved,
-    rewritten,
-)
+from rrp_sheets.workbook.comments import Comment, Thread, checked_text, new_id, removed, replied, resolved, rewritten
 from rrp_sheets.workbook.looks import FILLS
 from rrp_sheets.workbook.schema import TITLES
 

@@ -53,10 +53,8 @@ _FORBIDDEN = frozenset('/\\:*?"<>|\0')  # in the name of a file
 _LONGEST = 100  # letters of the name of a file
 _MOST_UPLOADS = 20  # files at once
 _MOST_BYTES = 200_000_000  # unpacked; what is sent may have 8 MB
-_OTHER_ROBOT = N_(
-    "The robot's catalogue in it is another one than this program's, which is used here; "
-    "`rrp-sheets run` on the bundle itself takes the bundle's."
-)
+_OTHER_ROBOT = N_("The robot's catalogue in it is another one than this program's, which is used here; `rrp-sheets "
+                  "run` on the bundle itself takes the bundle's.")  # fmt: skip
 Done = tuple[str, str]
 """Result of an action in words, and the file that exists now; empty for none."""
 

@@ -486,7 +486,7 @@ function inFormula(words, where, before) {
 function quoted(words, before) {
   const from = Math.max(before.lastIndexOf('"'), before.lastIndexOf("'")) + 1;
   const typed = before.slice(from);
-  if (typed.length < LEAST_IN_QUOTES) return NOTHING;
+  if (typed.length < (JAPANESE.test(typed) ? 1 : LEAST_IN_QUOTES)) return NOTHING;
   return { ...pick([...words.gestures ?? [], ...words.postures ?? []], typed, from, false), sure: false, partial: true };
 }
 
