@@ -172,8 +172,8 @@ function names({ key, ctrlKey, metaKey, altKey, shiftKey }) {
 /** Run the command of a key that is pressed twice, wherever the focus is; each press also has its own effect. */
 export function pressTwice(at, about) {
   let first = {};
-  window.addEventListener("keydown", ({ key, timeStamp, repeat }) => {
-    if (repeat) return;
+  window.addEventListener("keydown", ({ key, timeStamp, repeat, isComposing, keyCode }) => {
+    if (repeat || isComposing || keyCode === 229) return; // with Escape one takes back what an input method composes
     const twice = key === first.key && timeStamp - first.timeStamp < TWICE;
     first = twice ? {} : { key, timeStamp };
     if (twice) COMMANDS.find((one) => one.at === at && one.keys.includes(`${key} ${key}`))?.run(about);
