@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from chromium import becomes, eventually
+from chromium import GridPage, becomes, eventually
 from grid_books import HEADER, ROWS, Books
+from playwright.sync_api import expect
 
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.files import read_sheets
@@ -119,6 +120,43 @@ def test_japanese_names_and_what_an_input_method_composes(shelf: Books) -> None:
     grid.saved()
     assert read(grid.path).workbook.behaviours[0].rows[1].output.text == ""
     assert read_sheets(grid.path)[0].cells[3, 6].text == "子供"
+
+
+def test_an_input_method_composes_from_its_first_key_in_a_selected_cell(shelf: Books) -> None:
+    grid = GridPage(shelf.browser, shelf.url, shelf.file().name, locale="ja-JP")
+    session = grid.page.context.new_cdp_session(grid.page)
+    field = grid.page.locator(".editor:not(.waiting) textarea")
+
+    def compose(text: str) -> None:
+        for kind in ("rawKeyDown", "keyUp"):
+            session.send("Input.dispatchKeyEvent", {"type": kind, "key": "Process", "windowsVirtualKeyCode": 229})
+        session.send("Input.imeSetComposition", {"text": text, "selectionStart": len(text), "selectionEnd": len(text)})
+
+    stop = "addEventListener('keydown', ({ keyCode }) => keyCode === 229 && (window.composed = (window.composed ?? 0) + 1), true)"
+    grid.page.evaluate(stop)
+    grid.go("F3")
+    for text in ("k", "こ", "こど"):
+        compose(text)
+        expect(field).to_have_value(text)
+    for key in ("Enter", "Tab", "Escape", "ArrowDown"):
+        session.send("Input.dispatchKeyEvent", {"type": "rawKeyDown", "key": key, "windowsVirtualKeyCode": 229})
+    assert grid.page.evaluate("window.composed") == 7
+    expect(field).to_have_value("こど")
+    session.send("Input.insertText", {"text": "子供"})
+    expect(field).to_have_value("子供")
+    grid.press("Enter")
+    grid.expect("F3", "子供")
+    becomes(lambda: grid.here, "F4")
+    compose("ち")  # of the next cell, without a click
+    session.send("Input.insertText", {"text": "近い"})
+    grid.press("Tab")
+    grid.expect("F4", "近い")
+    grid.go("F4")
+    grid.press("x", "Escape", "F2", "Escape", "Delete")  # keys without an input method do what they do elsewhere
+    grid.expect("F4", "")
+    grid.press("Control+Home", "Shift+Tab")  # out of the sheet
+    becomes(lambda: grid.page.evaluate("document.activeElement.closest('td, .editor') === null"), True)
+    grid.close()
 
 
 @pytest.mark.slow

@@ -206,6 +206,22 @@ def test_a_name_that_was_typed_over_can_be_used_everywhere_or_given_again(book: 
         assert cells(book.with_name(f"{wanted}.md")) == cells(expected)
 
 
+@pytest.mark.parametrize(("typed", "first"), [
+    ("Red bal", "correct-spelling"), ("Rd ball", "correct-spelling"), ("Red wall panel", "use-new-name"),
+])  # fmt: skip
+def test_a_stream_that_is_spelled_nearly_so_comes_before_a_name_that_was_typed_over(
+    tmp_path: Path, typed: str, first: str
+) -> None:
+    book = tmp_path / "near.md"
+    book.write_text(
+        "## T\n| Inputs | Connector | Formula | Output |\n|---|---|---|---|\n"
+        f"| Red ball | map | redBall.x | Across |\n| {typed} | subscribe | | Print |\n",
+        encoding="utf-8",
+    )
+    (finding,) = (d for d in api.check(book).report if d.code == "GRAPH001")
+    assert finding.fixes[0].id == first and "restore-name" in [fix.id for fix in finding.fixes]
+
+
 @pytest.mark.parametrize(("change", "why"), [
     (("redBall.distance | Distance | the", "redBall.distance | Ball far | the"), "the row that lacks it gives the unused one"),
     (("| Told | subscribe", "| Spoken | subscribe"), "another name is missing too"),

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.combine_latest import COMBINATION
-from rrp_sheets.diagnostics.report import Diagnostic, Fix, Put, Replace, Report
+from rrp_sheets.diagnostics.report import Diagnostic, Fix, Put, Replace, Report, surely
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import replace_names
 from rrp_sheets.graph import BehaviourGraph, Graph
@@ -103,7 +103,8 @@ def offer_new_names(workbook: Workbook, graph: Graph, report: Report, check: Cal
     """Offer to use the new name of a stream everywhere, where it seems to have been typed over its old one.
 
     So it seems where one name is missing in a behaviour, and one output is used nowhere and does not depend on it. With
-    `check` the workbook is checked as it was before, to find what had the old name.
+    `check` the workbook is checked as it was before, to find what had the old name. The name of another stream that is
+    nearly the missing one comes first.
     """
     for behaviour, graphed in zip(workbook.behaviours, graph.behaviours, strict=True):
         missing = [d for d in report if d.code == "GRAPH001" and d.address and d.address.sheet == behaviour.name]
@@ -150,7 +151,9 @@ def _offer(
         "use-new-name", N_("Use the new name “{new}” everywhere", new=new), edits, safe=any(fix.safe for fix in same)
     )
     back = Fix("restore-name", N_("Call the output “{old}” again", old=old), (Put(at, old, row.output.original),))
-    report.offer(finding, (use, back, *(fix for fix in finding.fixes if fix not in same)))
+    others = [fix for fix in finding.fixes if fix not in same]
+    near = [fix for fix in others if any(isinstance(e, Replace) and surely(old, e.new) for e in fix.edits)]
+    report.offer(finding, (*near, use, back, *(fix for fix in others if fix not in near)))
 
 
 _Place = tuple[Cell, Callable[[str], str | None]]

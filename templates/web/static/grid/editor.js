@@ -11,6 +11,8 @@ const MOST_OFFERED = 12; // suggestions for what is being typed
 const MOST_AT_FIRST = 40; // suggestions before anything is typed
 const LEAST_OF_HELP = 3; // letters, before words of the help are looked at
 const LEAST_IN_QUOTES = 2; // letters
+// languages that are typed with an input method; on a touch screen a field with the focus would bring up its keyboard
+const COMPOSES = [document.documentElement.lang, ...navigator.languages].some((name) => /^(ja|zh|ko)\b/.test(name)) && matchMedia("(pointer: fine)").matches;
 const JAPANESE = /[\u3040-\u30ff\u3400-\u9fff]/;
 const WIDE = 440; // px of the list
 const NOTHING = { items: [], from: 0, sure: false }; // to suggest
@@ -28,6 +30,7 @@ export class Editor {
     this.context = context;
     this.done = done;
     this.field = null;
+    this.waiting = null; // a field over the selected cell, for an input method: it can compose only where the focus is in a field
     document.addEventListener("focusout", ({ target, relatedTarget }) => this.left(target, relatedTarget));
   }
 
@@ -35,8 +38,30 @@ export class Editor {
     return this.field !== null;
   }
 
+  /** Move the focus of a selected cell to a field over it: an input method can compose only in a field. When it begins to, or text comes
+   *  without a key, that field becomes the editor, so that nothing typed is lost. */
+  wait(cell) {
+    if (this.isOpen || !COMPOSES || this.table.grid.ariaReadOnly === "true" || cell.classList.contains("on")) return;
+    this.drop();
+    this.build(cell, this.table.column(cell));
+    [this.waiting, this.field] = [this.field, null];
+    this.waiting.tabIndex = -1;
+    this.box.classList.add("waiting");
+    this.scroll.classList.add("waits");
+    this.put(cell);
+    this.waiting.focus({ preventScroll: true });
+    for (const kind of ["compositionstart", "input"]) this.waiting.addEventListener(kind, () => this.open(this.context.selected(), null));
+  }
+
+  /** Away with the field that waits. */
+  drop() {
+    if (this.waiting) this.box.remove();
+    this.waiting = null;
+    this.scroll.classList.remove("waits");
+  }
+
   /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text; or go on with a text that was
-   *  begun when the cell held `was`. */
+   *  begun when the cell held `was`. With null its text is what comes into the field that waits. */
   open(cell, first, was) {
     if (this.isOpen || !cell || this.context.refuses()) return;
     const k = this.table.column(cell);
@@ -46,12 +71,22 @@ export class Editor {
     this.was = was ?? this.table.value(cell);
     this.adds = new Map(); // text of a suggestion that was taken → what it adds to the sheet Devices
     this.mode = first === undefined || was !== undefined ? "edit" : "enter";
-    this.build(cell, k);
-    this.field.value = first ?? this.was;
+    if (first === null) {
+      [this.field, this.waiting] = [this.waiting, null];
+      this.box.classList.remove("waiting");
+    } else {
+      this.drop();
+      this.build(cell, k);
+      this.field.value = first ?? this.was;
+    }
+    this.scroll.classList.add("typing");
+    this.scold(cell);
     this.place(cell);
-    this.field.focus({ preventScroll: true });
-    this.field.setSelectionRange(this.field.value.length, this.field.value.length);
-    this.update(first !== undefined);
+    if (first !== null) {
+      this.field.focus({ preventScroll: true });
+      this.field.setSelectionRange(this.field.value.length, this.field.value.length);
+    }
+    this.update(first !== undefined, first === null);
     this.context.editing(this.rowId, k, true);
   }
 
@@ -82,10 +117,8 @@ export class Editor {
     this.wrong.className = "wrong";
     this.box.append(this.field, this.wrong, this.hint, this.list);
     this.scroll.append(this.box);
-    this.scroll.classList.add("typing");
-    this.scold(cell);
-    this.field.addEventListener("input", (event) => this.update(true, event.isComposing));
-    this.field.addEventListener("compositionend", () => this.update(true));
+    this.field.addEventListener("input", (event) => this.isOpen && this.update(true, event.isComposing));
+    this.field.addEventListener("compositionend", () => this.isOpen && this.update(true));
     this.field.addEventListener("click", () => this.update(false));
     this.hint.addEventListener("pointerdown", (event) => event.target.closest("button") && event.preventDefault()); // the focus stays
     this.list.addEventListener("pointerdown", (event) => {
@@ -110,12 +143,17 @@ export class Editor {
     }));
   }
 
-  place(cell) {
+  put(cell) {
     const frame = this.scroll.getBoundingClientRect();
     const box = cell.getBoundingClientRect();
     const left = box.left - frame.left + this.scroll.scrollLeft;
     this.box.style.left = `${left}px`;
     this.box.style.top = `${box.top - frame.top + this.scroll.scrollTop}px`;
+    return [frame, box];
+  }
+
+  place(cell) {
+    const [frame, box] = this.put(cell);
     const over = box.left + Math.min(WIDE, 0.9 * innerWidth) - frame.right;
     this.box.style.setProperty("--back", `${Math.max(0, Math.min(over, box.left - frame.left))}px`); // the list stays in sight
     this.field.style.minWidth = `${box.width}px`;
@@ -307,6 +345,7 @@ export class Editor {
 
   /** The focus goes from one element to another, or to none: that ends editing, but not while help is read. */
   left(from, to) {
+    if (from === this.waiting && to) this.drop();
     if (!this.isOpen || to === this.field || to?.closest(HELP)) return;
     if (to || from === this.field) this.close(true, null);
     else setTimeout(() => document.hasFocus() && document.activeElement === document.body && this.close(true, null)); // else its piece was renewed

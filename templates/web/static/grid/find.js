@@ -31,7 +31,7 @@ export function finder(grid) {
   });
   for (const part of [bar, list]) {
     part.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") close();
+      if (event.key === "Escape" && !event.isComposing && event.keyCode !== 229) close();
     });
   }
   bar.addEventListener("click", (event) => {

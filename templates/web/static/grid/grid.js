@@ -51,6 +51,7 @@ export class Grid {
       vocabulary: () => this.words,
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
+      selected: () => this.selection.cell,
       meant: (cell, was, text) => this.renaming.meant(cell, was, text),
       renames: (meant) => this.renaming.preview(meant),
       ask: (...names) => this.renaming.ask(...names),
@@ -83,6 +84,7 @@ export class Grid {
     element.addEventListener("focusin", (event) => {
       const cell = event.target.closest("button") ? null : event.target.closest("[role=gridcell]");
       if (cell && !this.selection.head) this.selection.go(cell.parentElement, Math.max(this.table.column(cell), 0));
+      if (event.target === this.selection.cell && !this.leaves) this.editor.wait(cell);
     });
     element.addEventListener("change", (event) => this.switched(event));
   }
@@ -91,7 +93,11 @@ export class Grid {
   key(event) {
     if (event.isComposing || event.keyCode === 229) return; // Enter ends what an input method composes
     if (this.editor.isOpen) press("editor", event, this);
-    else if (this.selection.head && !event.target.closest("button, [role=menu]")) press("cell", event, this);
+    else if (this.selection.head && !event.target.closest("button, [role=menu]") && !press("cell", event, this) && event.key === "Tab") {
+      this.leaves = true; // the browser goes on from the cell
+      this.selection.cell.focus({ preventScroll: true });
+      this.leaves = false;
+    }
   }
 
   /** To what stands beside the sheet, and back. */

@@ -39,7 +39,7 @@ function renewed(grid, listen) {
 
   function load() {
     const typing = grid.editor.isOpen || grid.server.unsent.entries.length || document.querySelector("dialog[open]")
-      || document.activeElement?.matches("input:not([type=checkbox]), textarea");
+      || document.activeElement?.matches("input:not([type=checkbox]), textarea:not(.waiting > *)");
     if (typing) {
       setTimeout(load, LOOK_AGAIN);
       return false;

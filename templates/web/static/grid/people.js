@@ -57,7 +57,7 @@ export function people(grid, listen) {
       dialog.close();
     };
     field.addEventListener("keydown", (event) => {
-      if (event.key !== "Enter") return;
+      if (event.key !== "Enter" || event.isComposing || event.keyCode === 229) return;
       event.preventDefault(); // else the button that has the focus again would be pressed by it
       keep();
     });

@@ -9,7 +9,7 @@ export function twoKeys(grid) {
 
   scroll.addEventListener("keydown", (event) => {
     const { key, shiftKey, ctrlKey, altKey, metaKey } = event;
-    if (!hasTwoKeys() || shiftKey || ctrlKey || altKey || metaKey || event.isComposing || !["Tab", "Enter"].includes(key)) return;
+    if (!hasTwoKeys() || shiftKey || ctrlKey || altKey || metaKey || event.isComposing || event.keyCode === 229 || !["Tab", "Enter"].includes(key)) return;
     if (!editor.isOpen && (!selection.cell || event.target.closest("button"))) return;
     if (key === "Tab" && !editor.isOpen) {
       if (leaves()) event.stopImmediatePropagation(); // the browser's own Tab goes on from the first cell
