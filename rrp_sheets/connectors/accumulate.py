@@ -58,9 +58,9 @@ ACCUMULATE = Connector(
     help="Updates a total with each value of its inputs. Without a formula it counts them.",
     sentence="Each {each_or} adds 1 to {output}.",
     variants={
-        "next": "Each {each_or} adds 1 to a total, which goes to {rows}.",
+        "next": "Each {each_or} adds 1 to a total, which is passed on to {rows}.",
         "formula": "Each {each_or} updates {output} to {formula}.",
-        "formula_next": "Each {each_or} updates a total to {formula}, which goes to {rows}.",
+        "formula_next": "Each {each_or} updates a total to {formula}, which is passed on to {rows}.",
     },
     legend="counts or adds up",
     build=build,

@@ -59,7 +59,7 @@ FILTER = Connector(
         "event_code_several": "{Event}, emit {output} if {condition}, using the latest {others}.",
         "event_code_several_next": "{Event}, continue with {rows} if {condition}, using the latest {others}.",
         "while": "While {condition}, every {one} becomes {output}.",
-        "while_next": "While {condition}, every {one} goes to {rows}.",
+        "while_next": "While {condition}, every {one} is passed on to {rows}.",
     },
     legend="only values that fit",
     build=build,

@@ -13,9 +13,9 @@ MERGE = Connector(
     help="Passes on every value of all its inputs.",
     sentence="Any of {inputs_or} becomes {output}.",
     variants={
-        "next": "Any of {inputs_or} goes to {rows}.",
+        "next": "Each value of {inputs_or} is passed on to {rows}.",
         "one": "Each {one} becomes {output}.",
-        "one_next": "Each {one} goes to {rows}.",
+        "one_next": "Each {one} is passed on to {rows}.",
     },
     legend="any of its inputs",
     build=merged,

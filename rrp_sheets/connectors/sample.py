@@ -51,7 +51,7 @@ SAMPLE = Connector(
     words=("buffer", "interval", "every", "regularly", "毎秒", "一定間隔"),
     help="Passes the latest value on at a fixed pace, if a new one has arrived.",
     sentence="{Pace}, the latest {one} becomes {output}, if there is a new one.",
-    variants={"next": "{Pace}, the latest {one} goes to {rows}, if there is a new one."},
+    variants={"next": "{Pace}, the latest {one} is passed on to {rows}, if there is a new one."},
     legend="the latest, at a fixed pace",
     build=build,
     passes=Passing("ticks", later=True),

@@ -628,7 +628,7 @@ function untaken(words, where) {
   const about = (name) => words.devices?.find((d) => key(d.text) === key(name))?.help ?? "";
   if (!words.takes?.[key(device)]) return null;
   const other = words.instead?.[key(device)]?.[key(where.name)]?.[0];
-  const remedy = other ? t("With a {setting}: the device “{device}”. {help}", { setting: where.name, device: other, help: about(other) }) : t("Leave the cell blank.");
+  const remedy = other ? t("Or use the device “{device}”, which takes {setting}. {help}", { setting: where.name, device: other, help: about(other) }) : t("Leave the cell blank.");
   return [t("{device} takes no {setting}", { device, setting: where.name }), `${about(device)} ${remedy}`];
 }
 
