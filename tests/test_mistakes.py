@@ -128,7 +128,7 @@ DOES = {
     "leave out": lambda typed, mended: typed[-1].startswith(mended[0]),
     "leave the unit out": lambda typed, mended: typed[0].startswith(mended[0]),
     "choose one": lambda typed, mended: bool(mended[0]),
-    "fill it in": lambda typed, mended: bool(mended[0]),
+    "fill in the column": lambda typed, mended: bool(mended[0]),
     "formula": lambda typed, mended: bool(mended[0]),
     "name": lambda typed, mended: bool(mended[0]),
     "inputs": lambda typed, mended: bool(mended[0]),

@@ -246,8 +246,10 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
         return
     name = key(str(problem.details.get("name", "")))
     formula = key(step.row.formula.text.strip("= ()"))
-    if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004", "FORM006"):
+    if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004"):
         problem.advise(N_("To count the values that arrive, leave the Formula blank."))
+    elif formula == "count" and problem.code == "FORM006":
+        problem.details["usage"] = N_("nothing: leave the Formula blank, and the values that arrive are counted")
     elif problem.code == "FORM003" and name == "count":  # without brackets
         problem.advise(N_("Write total for the count so far. Or leave the Formula blank: the row then counts."))
     elif problem.code == "FORM004" and step.row.output and name == key(step.row.output.text):

@@ -58,16 +58,16 @@ ONCE = Connector(
     sentence="Only the first {one} becomes {output}.",
     variants={
         "next": "Only the first {one} is passed on to {rows}.",
-        "formula": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same value "
-        "do nothing.",
-        "formula_next": "The first {one} with a new value of {formula} is passed on to {rows}. Later ones with the same value "
-        "do nothing.",
+        "formula": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same "
+        "value do nothing.",
+        "formula_next": "The first {one} with a new value of {formula} is passed on to {rows}. Later ones with the "
+        "same value do nothing.",
         "several": "Only the first {one} becomes {output}, and again the first one after each {others}.",
         "several_next": "Only the first {one} is passed on to {rows}, and again the first one after each {others}.",
         "formula_several": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same "
         "value do nothing, until {others} arrives.",
-        "formula_several_next": "The first {one} with a new value of {formula} is passed on to {rows}. Later ones with the "
-        "same value do nothing, until {others} arrives.",
+        "formula_several_next": "The first {one} with a new value of {formula} is passed on to {rows}. Later ones with "
+        "the same value do nothing, until {others} arrives.",
     },
     legend="only the first time",
     build=build,
