@@ -45,7 +45,8 @@ FORGET_AFTER = Connector(
     help="Passes values on at once. If none arrives for the period, an empty value (blank) follows.",
     sentence="Each {one} becomes {output} at once. If no new one arrives for {period}, an empty value (blank) follows.",
     variants={
-        "next": "Each {one} is passed on to {rows} at once. If no new one arrives for {period}, an empty value (blank) follows."
+        "next": "Each {one} is passed on to {rows} at once. If no new one arrives for {period}, an empty value (blank) "
+        "follows."
     },
     legend="forgets what is old",
     build=build,
