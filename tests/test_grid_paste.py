@@ -16,7 +16,7 @@ from rrp_sheets.workbook.schema import SHEETS as KINDS
 
 OURS = "The header row was not pasted: the sheet has one."
 BY_NAME = "Each cell was pasted into the column with the same name."
-UNKNOWN = "Not pasted, as this sheet has no such column: Who."
+UNKNOWN = "Columns that this sheet does not have were left out: Who."
 BALL = ["", "Red ball", "map", "redBall.distance", "Distance", "new"]
 
 

@@ -255,7 +255,7 @@ def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
     name = streams[step.output].name
     if step.connector.name != "accumulate" or not name:
         return _BREAK
-    return N_("Remove {name} from the input streams. In the formula of accumulate, “total” is its last value.",
+    return N_("Remove {name} from the input streams. In the formula, write total for the last value of {name}.",
               name=name)  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from rrp_sheets.formulas import FormulaProblem, read_formula
@@ -327,7 +327,9 @@ class Wording:
             return get(entry, table=table, column=column, n=self._operand(args[1]))
         if called == "xlookup" and len(args) == 3:
             (table, where), (other, column) = self._table(args[1]), self._table(args[2])
-            what = self._subject(args[0])[0]
+            # not “its zone”: “its” could be that of the row looked for
+            named = {name: replace(one, noun=one.name or one.noun, pronoun=False) for name, one in self.names.items()}
+            what = replace(self, names=named)._subject(args[0])[0]
             if where and table == other:
                 entry = "table.found_cell" if column else "table.found_row"
                 return get(entry, table=table, where=where, what=what, column=column)

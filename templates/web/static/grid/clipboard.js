@@ -220,7 +220,7 @@ function withoutHeaders(lines, table, left) {
   const first = Math.min(...kept.flat().map(([k]) => k));
   const said = [tn("The header row was not pasted: the sheet has one.", "{n} header rows were not pasted: the sheet has one.", { n: count })];
   if (moved) said.push(t("Each cell was pasted into the column with the same name."));
-  if (unknown.size) said.push(t("Not pasted, as this sheet has no such column: {names}.", { names: listed([...unknown]) }));
+  if (unknown.size) said.push(t("Columns that this sheet does not have were left out: {names}.", { names: listed([...unknown]) }));
   if (unnamed) said.push(t("Cells without a header above them were not pasted."));
   const placed = kept.map((pairs) => {
     const cells = Array(Math.max(0, ...pairs.map(([k]) => k - first + 1))).fill(undefined);

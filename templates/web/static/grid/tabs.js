@@ -202,7 +202,7 @@ export function sheetTabs(grid, listen) {
     if (grid.editor.isOpen) grid.editor.close(false, null);
     if (typed) lost(grid, words, [{ text: typed }]);
     const line = document.getElementById("notice");
-    line.textContent = [words, t("This page still shows what the sheet contained."), ""].join(" ");
+    line.textContent = [words, t("This page still shows its last contents."), ""].join(" ");
     if (next) {
       const link = make("a", t("Go to {place}", { place: next }));
       link.href = address(next);
