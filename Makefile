@@ -36,7 +36,7 @@ serve: setup  ## open the grid on copies of the workbooks, in my-workbooks
 	@for book in workbooks/*.xlsx; do [ -e "my-workbooks/$${book##*/}" ] || cp "$$book" my-workbooks/; done
 	$(BIN)/rrp-sheets serve my-workbooks
 
-PYTEST := $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+PYTEST := $(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder
 
 test: setup  ## install what the tests need, and run them; not the slow ones
 	@sh .ci/apt-packages

@@ -267,7 +267,12 @@ def test_a_fix_adds_the_column_of_a_setting_and_leads_to_its_cell(shelf: Books) 
     ("header", "headers", "added"),
     [
         (HEADER, ["Stream", "Device", "Notes"], "Every"),
-        (["入力ストリーム", "コネクター", "式", "出力ストリーム"], ["ストリーム", "デバイス", "メモ"], "間隔"),
+        pytest.param(
+            ["入力ストリーム", "コネクター", "式", "出力ストリーム"],
+            ["ストリーム", "デバイス", "メモ"],
+            "間隔",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_column_is_added_from_the_menu_of_a_header(

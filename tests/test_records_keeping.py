@@ -157,7 +157,7 @@ def test_two_runs_side_by_side(client: FlaskClient) -> None:
     assert 'href="/compare?first=run/1-a&amp;second=run/2-b"' in text
     dashed = re.findall(r'<path d="M[^"]*" fill="none"[^>]*stroke-dasharray="4 2.5"', text)
     assert len(dashed) == 2  # the legend's, and that of the second run
-    assert "The same workbook ran in both" in get(client, "/runs/pair?run=3-c&run=4-d").text
+    assert "Exactly the same workbook ran in both runs" in get(client, "/runs/pair?run=3-c&run=4-d").text
 
 
 def test_hostile_runs_side_by_side_are_text(tmp_path: Path) -> None:

@@ -115,7 +115,7 @@ def check_broken(done, out):
     assert json.loads(done.stdout.splitlines()[-1])["broken"]
 
 
-@pytest.mark.parametrize("engine", ["frame", "event loop"])
+@pytest.mark.parametrize("engine", ["frame", pytest.param("event loop", marks=pytest.mark.slow)])
 def test_a_stuck_row_is_ended_and_named_and_the_robot_stops_safely(engine, tmp_path, environment):
     with within(30):
         done, out = run_book("hang", tmp_path, environment, engine=engine)
