@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from chromium import GridPage, becomes, eventually
+from chromium import GridPage, becomes, eventually, violations
 from grid_books import HEADER, ROWS, Books
 from playwright.sync_api import expect
 
@@ -125,7 +125,7 @@ def test_japanese_names_and_what_an_input_method_composes(shelf: Books) -> None:
 def test_an_input_method_composes_from_its_first_key_in_a_selected_cell(shelf: Books) -> None:
     grid = GridPage(shelf.browser, shelf.url, shelf.file().name, locale="ja-JP")
     session = grid.page.context.new_cdp_session(grid.page)
-    field = grid.page.locator(".editor:not(.waiting) textarea")
+    field = grid.page.locator(".editor textarea")
 
     def compose(text: str) -> None:
         for kind in ("rawKeyDown", "keyUp"):
@@ -156,6 +156,28 @@ def test_an_input_method_composes_from_its_first_key_in_a_selected_cell(shelf: B
     grid.expect("F4", "")
     grid.press("Control+Home", "Shift+Tab")  # out of the sheet
     becomes(lambda: grid.page.evaluate("document.activeElement.closest('td, .editor') === null"), True)
+    grid.close()
+
+
+@pytest.mark.parametrize("locale", ["en-US", "ko-KR"])  # the latter with a field for an input method
+def test_the_selected_cell_has_a_name_a_menu_and_an_outline(shelf: Books, locale: str) -> None:
+    grid = GridPage(shelf.browser, shelf.url, shelf.file().name, locale=locale)
+    focused = grid.page.locator(":focus")
+    outline = "getComputedStyle(document.querySelector('td.at')).outlineStyle"
+    grid.go("F3")
+    expect(focused).to_have_attribute("aria-label", "Notes, row 3: near")
+    assert focused.evaluate("one => one.tagName") == {"en-US": "TD", "ko-KR": "TEXTAREA"}[locale]
+    box, cell = focused.bounding_box(), grid.cell("F3").bounding_box()
+    assert box and cell and all(abs(box[side] - cell[side]) < 2 for side in ("x", "y", "width", "height"))
+    grid.press("ContextMenu")
+    grid.page.get_by_role("menuitem", name="Clear").click()
+    expect(focused).to_have_attribute("aria-label", "Notes, row 3: blank")
+    grid.press("Control+z")
+    expect(focused).to_have_attribute("aria-label", "Notes, row 3: near")
+    assert violations(grid.page) == []
+    assert grid.page.evaluate(outline) == "solid"
+    grid.page.evaluate("document.activeElement.blur()")
+    becomes(lambda: grid.page.evaluate(outline), "none")
     grid.close()
 
 

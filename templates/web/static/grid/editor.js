@@ -41,16 +41,34 @@ export class Editor {
   /** Move the focus of a selected cell to a field over it: an input method can compose only in a field. When it begins to, or text comes
    *  without a key, that field becomes the editor, so that nothing typed is lost. */
   wait(cell) {
-    if (this.isOpen || !COMPOSES || this.table.grid.ariaReadOnly === "true" || cell.classList.contains("on")) return;
+    if (this.isOpen || this.leaves || !COMPOSES || this.table.grid.ariaReadOnly === "true" || cell.classList.contains("on")) return;
     this.drop();
-    this.build(cell, this.table.column(cell));
+    this.build(this.table.column(cell));
     [this.waiting, this.field] = [this.field, null];
     this.waiting.tabIndex = -1;
-    this.box.classList.add("waiting");
+    this.box.className = "waiting";
     this.scroll.classList.add("waits");
-    this.put(cell);
+    this.follow();
     this.waiting.focus({ preventScroll: true });
     for (const kind of ["compositionstart", "input"]) this.waiting.addEventListener(kind, () => this.open(this.context.selected(), null));
+  }
+
+  /** Lay the field that waits over the selected cell, and name it as the cell: a screen reader tells of what has the focus. */
+  follow() {
+    const cell = this.waiting && this.context.selected();
+    if (!cell) return;
+    const [, { width, height }] = this.put(cell);
+    Object.assign(this.waiting.style, { width: `${width}px`, height: `${height}px` });
+    this.waiting.ariaLabel = this.context.named(cell);
+    this.waiting.setAttribute("aria-describedby", cell.getAttribute("aria-describedby") ?? ""); // its problems
+  }
+
+  /** Give the focus back to the selected cell: the browser's own Tab goes on from there. */
+  leave() {
+    if (!this.waiting) return;
+    this.leaves = true;
+    this.context.selected().focus({ preventScroll: true });
+    this.leaves = false;
   }
 
   /** Away with the field that waits. */
@@ -73,12 +91,16 @@ export class Editor {
     this.mode = first === undefined || was !== undefined ? "edit" : "enter";
     if (first === null) {
       [this.field, this.waiting] = [this.waiting, null];
-      this.box.classList.remove("waiting");
+      this.box.className = "editor";
     } else {
       this.drop();
-      this.build(cell, k);
+      this.build(k);
       this.field.value = first ?? this.was;
     }
+    for (const [name, value] of Object.entries({
+      "aria-haspopup": "listbox", "aria-autocomplete": "list", "aria-controls": this.list.id, // of several lines, so no combobox
+      "aria-label": t("{column}, row {row}", { column: this.table.name(k), row: cell.parentElement.cells[0].textContent }),
+    })) this.field.setAttribute(name, value);
     this.scroll.classList.add("typing");
     this.scold(cell);
     this.place(cell);
@@ -90,8 +112,7 @@ export class Editor {
     this.context.editing(this.rowId, k, true);
   }
 
-  build(cell, k) {
-    const id = `editor-${++serial}`;
+  build(k) {
     this.box = document.createElement("div");
     this.box.className = "editor";
     this.field = document.createElement("textarea");
@@ -99,13 +120,10 @@ export class Editor {
     this.field.spellcheck = false;
     this.field.autocomplete = "off";
     this.field.className = ["formula", "send", "expect"].includes(this.kind(k)) ? "code" : "";
-    for (const [name, value] of Object.entries({
-      "aria-haspopup": "listbox", "aria-autocomplete": "list", "aria-controls": id, // of several lines, so no combobox
-      "aria-label": t("{column}, row {row}", { column: this.table.name(k), row: cell.parentElement.cells[0].textContent }), autocapitalize: "off",
-    })) this.field.setAttribute(name, value);
+    this.field.autocapitalize = "off";
     this.list = document.createElement("div");
     this.list.className = "suggestions";
-    this.list.id = id;
+    this.list.id = `editor-${++serial}`;
     this.list.hidden = true;
     this.list.setAttribute("role", "listbox");
     this.list.tabIndex = 0; // as it scrolls; Tab never leads there
@@ -345,14 +363,16 @@ export class Editor {
 
   /** The focus goes from one element to another, or to none: that ends editing, but not while help is read. */
   left(from, to) {
-    if (from === this.waiting && to) this.drop();
+    const later = (act) => setTimeout(() => document.hasFocus() && document.activeElement === document.body && act());
+    if (from === this.waiting) to ? this.drop() : later(() => from === this.waiting && this.drop()); // else the window lost the focus
     if (!this.isOpen || to === this.field || to?.closest(HELP)) return;
     if (to || from === this.field) this.close(true, null);
-    else setTimeout(() => document.hasFocus() && document.activeElement === document.body && this.close(true, null)); // else its piece was renewed
+    else later(() => this.close(true, null)); // else its piece was renewed
   }
 
   /** The table has changed around the editor. */
   mend() {
+    this.follow();
     if (!this.isOpen) return;
     const row = this.table.row(this.rowId);
     this.box.classList.toggle("orphan", !row);

@@ -52,6 +52,7 @@ export class Grid {
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
       selected: () => this.selection.cell,
+      named: (cell) => this.spoken.nameOf(cell),
       meant: (cell, was, text) => this.renaming.meant(cell, was, text),
       renames: (meant) => this.renaming.preview(meant),
       ask: (...names) => this.renaming.ask(...names),
@@ -84,7 +85,7 @@ export class Grid {
     element.addEventListener("focusin", (event) => {
       const cell = event.target.closest("button") ? null : event.target.closest("[role=gridcell]");
       if (cell && !this.selection.head) this.selection.go(cell.parentElement, Math.max(this.table.column(cell), 0));
-      if (event.target === this.selection.cell && !this.leaves) this.editor.wait(cell);
+      if (event.target === this.selection.cell) this.editor.wait(cell);
     });
     element.addEventListener("change", (event) => this.switched(event));
   }
@@ -93,11 +94,7 @@ export class Grid {
   key(event) {
     if (event.isComposing || event.keyCode === 229) return; // Enter ends what an input method composes
     if (this.editor.isOpen) press("editor", event, this);
-    else if (this.selection.head && !event.target.closest("button, [role=menu]") && !press("cell", event, this) && event.key === "Tab") {
-      this.leaves = true; // the browser goes on from the cell
-      this.selection.cell.focus({ preventScroll: true });
-      this.leaves = false;
-    }
+    else if (this.selection.head && !event.target.closest("button, [role=menu]") && !press("cell", event, this) && event.key === "Tab") this.editor.leave();
   }
 
   /** To what stands beside the sheet, and back. */
@@ -146,6 +143,7 @@ export class Grid {
       this.table.put(cell, was);
       this.spoken.nameCell(cell);
     }
+    this.editor.follow();
     this.stand();
   }
 
@@ -211,6 +209,7 @@ export class Grid {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.mark(this.table.row(row));
     }
+    this.editor.follow();
   }
 
   /** What the sheet Devices lacks for names in these cells: devices with one of their choices, such as “Wave”, and those with a

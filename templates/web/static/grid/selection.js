@@ -439,8 +439,9 @@ export function pointer(grid) {
   });
 
   scroll.addEventListener("contextmenu", (event) => {
-    const row = event.target.closest("tr[id]");
-    const k = table.headers.indexOf(event.target.closest("[role=columnheader]"));
+    const target = event.target === grid.editor.waiting ? selection.cell : event.target; // by the menu key
+    const row = target.closest("tr[id]");
+    const k = table.headers.indexOf(target.closest("[role=columnheader]"));
     if (k >= 0 && selection.row && !grid.editor.isOpen) {
       event.preventDefault();
       selection.go(selection.row, k);
@@ -449,8 +450,8 @@ export function pointer(grid) {
     }
     if (!row || grid.editor.isOpen) return;
     event.preventDefault();
-    const header = event.target.closest("[role=rowheader]");
-    const cell = event.target.closest("[role=gridcell]");
+    const header = target.closest("[role=rowheader]");
+    const cell = target.closest("[role=gridcell]");
     const within = header ? selection.has(row) : cell?.ariaSelected === "true";
     if (!within && header) selection.wholeRow(row);
     else if (!within) selection.go(row, Math.max(cell ? table.column(cell) : 0, 0));

@@ -93,21 +93,28 @@ export class Spoken {
     for (const row of rows) for (const at of table.places) this.nameCell(row.cells[at]);
   }
 
-  nameCell(cell) {
+  /** The column, row and text of a cell. */
+  nameOf(cell) {
+    return this.placeOf(cell) + content(cell);
+  }
+
+  placeOf(cell) {
     const { table } = this.grid;
-    const k = table.column(cell);
-    if (k < 0) return;
-    const name = t("{column}, row {row}:", { column: table.name(k), row: cell.parentElement.cells[0].textContent }) + " ";
+    return t("{column}, row {row}:", { column: table.name(table.column(cell)), row: cell.parentElement.cells[0].textContent }) + " ";
+  }
+
+  nameCell(cell) {
+    if (this.grid.table.column(cell) < 0) return;
     const old = cell.querySelector(":scope > .cell-name");
     if (!cell.querySelector(":scope > .mends, :scope > .name-tag, :scope > .verdict")) {
       old?.remove();
-      cell.setAttribute("aria-label", [name + content(cell), cell.querySelector(".name-tag")?.textContent ?? ""].join(" ").trim());
+      cell.setAttribute("aria-label", [this.nameOf(cell), cell.querySelector(".name-tag")?.textContent ?? ""].join(" ").trim());
       return;
     }
     cell.removeAttribute("aria-label"); // its name is what is to be seen, with the message while that is shown
     const mark = old ?? document.createElement("span");
     mark.className = "cell-name only-spoken";
-    mark.textContent = name;
+    mark.textContent = this.placeOf(cell);
     if (!old) cell.prepend(mark);
   }
 

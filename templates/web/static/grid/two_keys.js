@@ -12,7 +12,9 @@ export function twoKeys(grid) {
     if (!hasTwoKeys() || shiftKey || ctrlKey || altKey || metaKey || event.isComposing || event.keyCode === 229 || !["Tab", "Enter"].includes(key)) return;
     if (!editor.isOpen && (!selection.cell || event.target.closest("button"))) return;
     if (key === "Tab" && !editor.isOpen) {
-      if (leaves()) event.stopImmediatePropagation(); // the browser's own Tab goes on from the first cell
+      if (!leaves()) return;
+      editor.leave();
+      event.stopImmediatePropagation(); // the browser's own Tab goes on from the first cell
       return;
     }
     if (!(key === "Enter" ? (editor.isOpen ? take : open) : next)()) return;
