@@ -215,7 +215,7 @@ def setting_header(setting: str, language: str) -> str:
     >>> setting_header("Words", "en"), setting_header("Words", "ja")
     ('Words', '言葉')
     """
-    return japanese.japanese(japanese.SETTINGS, [setting])[0] if language == "ja" else setting
+    return japanese.japanese_word(japanese.SETTINGS, setting) if language == "ja" else setting
 
 
 def setting_edits(

@@ -85,7 +85,7 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
     """
 
     def written(words: Mapping[str, str], text: str) -> str:
-        return japanese.japanese(words, [text])[0]
+        return japanese.japanese_word(words, text)
 
     def own(name: str) -> str:
         return written(japanese.DEVICES, name)
@@ -139,8 +139,8 @@ def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
     """Return a device with one of its choices in Japanese, such as “手を振る”."""
     zone = found["group"] == "zone"
     [(setting, choice)] = found["adds"]["settings"].items()
-    (own,) = japanese.japanese(japanese.ZONES if zone else japanese.MOVES, [choice])
-    (device,) = japanese.japanese(japanese.DEVICES, [found["adds"]["device"]])
+    own = japanese.japanese_word(japanese.ZONES if zone else japanese.MOVES, choice)
+    device = japanese.japanese_word(japanese.DEVICES, found["adds"]["device"])
     text = f"{own}への接触" if zone else own
     return {**found, "text": text, "adds": {"device": device, "settings": {setting: own}}}
 

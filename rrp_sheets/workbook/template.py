@@ -279,7 +279,7 @@ def in_japanese(
 
     def of_example(text: str) -> str:
         shown = translate(LazyMessage(text, msgctxt="example"), "ja")
-        return shown if shown != text else japanese.japanese(words, [text])[0]
+        return shown if shown != text else japanese.japanese_word(words, text)
 
     made = _Japanese(sheets, own or of_example)
     return made.sheets() if own or not declare else made.declared()
@@ -350,7 +350,7 @@ class _Japanese:
         for header, at in what.columns.items():
             rows[what.row - 1][at - 1] = what.kind.column(header).header("ja")
         for at, header in what.others.items():
-            rows[what.row - 1][at - 1] = japanese.japanese(japanese.SETTINGS, [header])[0] if settings else header
+            rows[what.row - 1][at - 1] = japanese.japanese_word(japanese.SETTINGS, header) if settings else header
         headers = {header: at for at, header in what.others.items()} | dict(what.columns)
         for row, line in zip(rows[what.row :], self._lines(name, what), strict=True):
             if row and row[0].startswith("#"):
@@ -388,7 +388,7 @@ class _Japanese:
         tables = {"device": japanese.DEVICES, "verb": japanese.VERBS, "expect": japanese.EXPECTED}
         words = tables.get(cells) or japanese.CHOICES.get(key(header), moves)
         known = key(text) in map(key, words.values())
-        return japanese.japanese(words, [text])[0] if known or cells != "setting" else self._own(text)
+        return japanese.japanese_word(words, text) if known or cells != "setting" else self._own(text)
 
     def _field(self, header: str, line: Mapping[str, str]) -> str:
         """Return the name of a field of the Protocol, or its value."""
