@@ -18,7 +18,7 @@ from rrp_sheets.model.workbook import Address, Cell, Device, Workbook, truth_of
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.robots.media_files import is_plain
 from rrp_sheets.texts import N_, listed, sentences
-from rrp_sheets.workbook.schema import DEVICES
+from rrp_sheets.workbook.schema import DEVICES, setting_header
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
@@ -207,15 +207,6 @@ class DeviceTable:
         """Return the names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
-
-
-def setting_header(setting: str, language: str) -> str:
-    """Return the header of a setting's column in a workbook of a language.
-
-    >>> setting_header("Words", "en"), setting_header("Words", "ja")
-    ('Words', '言葉')
-    """
-    return japanese.japanese_word(japanese.SETTINGS, setting) if language == "ja" else setting
 
 
 def setting_edits(

@@ -12,7 +12,6 @@ from typing import Any
 from rrp_sheets.connectors import Parameter, connectors
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import setting_header
 from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
 from rrp_sheets.help.scene_page import TIMES, scene_message, scene_value
@@ -26,7 +25,7 @@ from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, kind_of
 from rrp_sheets.texts import N_, LazyMessage, listed, sentences, translate
 from rrp_sheets.web.analysis import Analysis
-from rrp_sheets.workbook.schema import FIELDS
+from rrp_sheets.workbook.schema import FIELDS, setting_header
 
 Word = dict[str, str]
 

@@ -31,6 +31,7 @@ from rrp_sheets.workbook.schema import (
     SheetKind,
     field_key,
     recognise,
+    setting_header,
     title_of,
 )
 
@@ -350,7 +351,7 @@ class _Japanese:
         for header, at in what.columns.items():
             rows[what.row - 1][at - 1] = what.kind.column(header).header("ja")
         for at, header in what.others.items():
-            rows[what.row - 1][at - 1] = japanese.japanese_word(japanese.SETTINGS, header) if settings else header
+            rows[what.row - 1][at - 1] = setting_header(header, "ja") if settings else header
         headers = {header: at for at, header in what.others.items()} | dict(what.columns)
         for row, line in zip(rows[what.row :], self._lines(name, what), strict=True):
             if row and row[0].startswith("#"):
