@@ -111,7 +111,9 @@ class DeviceTable:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
                 guess = nearest(device.text, [*(f.name for f in self.robot.names.values()), *japanese.DEVICES])
-                remedy = called(device.text, guess, self.robot) or meant(guess, N_("See `rrp-sheets help devices`."))
+                remedy = device_remedy(device.text, guess, self.robot) or meant(
+                    guess, N_("See `rrp-sheets help devices`.")
+                )
                 self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
             return
@@ -235,13 +237,13 @@ def _standard(setting: str, cell: Cell) -> Cell:
     return replace(cell, text=japanese.standard(japanese.CHOICES.get(setting, {}), cell.text))
 
 
-def called(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:
+def device_remedy(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:
     """Return the details `remedy` and `guess` for a plain word of devices (of a kind), such as `hand`.
 
     They are empty for another word, and for one that is nearly spelt as the `guess`. With a kind, the word is that of a
     stream: a device that needs a setting is then proposed for the sheet Devices.
     """
-    found = [] if guess and surely(word, guess) else robot.called(word, kind)
+    found = [] if guess and surely(word, guess) else robot.devices_for(word, kind)
     if not found:
         return {}
     plain = [d for d in found if not (kind and any(s.required or s.kind == "gesture" for s in d.settings.values()))]

@@ -118,7 +118,7 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
     found["acts"] = {kind: [act(verb, values) for verb, values in acts] for kind, acts in found["acts"].items()}
     found["expects"] = [{**one, "text": written(japanese.EXPECTED, one["text"])} for one in found["expects"]]
     found["fields"] = [
-        {**one, "text": field.called("ja"), "words": f"{one['text']} {one['words']}"}
+        {**one, "text": field.name_in("ja"), "words": f"{one['text']} {one['words']}"}
         for one, field in zip(found["fields"], FIELDS.values(), strict=True)
     ]
     for field in FIELDS.values():

@@ -343,7 +343,7 @@ class ProtocolField:
         """The choices without their help."""
         return tuple(choice.text for choice in self.choices)
 
-    def called(self, language: str) -> str:
+    def name_in(self, language: str) -> str:
         """Return the name of the field in a language."""
         return self.synonyms[0] if language == "ja" and self.synonyms else self.name
 

@@ -109,7 +109,7 @@ def _protocol(robot: str, language: str = "en") -> list[tuple[str, str]]:
         if field.name in _HEADINGS:
             rows.append((f"# {translate(_HEADINGS[field.name], language)}", ""))
         value = robot if field.name == "Robot" else _FIRST_VALUES.get(field.name, "")
-        rows.append((field.called(language), own.get(field.name) or field.shown(value, language)))
+        rows.append((field.name_in(language), own.get(field.name) or field.shown(value, language)))
     return rows
 
 
@@ -395,7 +395,7 @@ class _Japanese:
         """Return the name of a field of the Protocol, or its value."""
         text, known = line[header], FIELDS.get(field_key(line.get("Field", "")))
         if header == "Field":
-            return known.called("ja") if known else text
+            return known.name_in("ja") if known else text
         if known is FIELDS["run"]:
             return _NAME.sub(lambda match: self._titles.get(match[0]) or self._own(match[0]), text)
         shown = known.shown(text, "ja") if known else text
