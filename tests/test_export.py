@@ -103,7 +103,7 @@ def test_a_study_is_one_long_table(session: Path, tmp_path: Path) -> None:
     assert rows[-1]["value"] == "1.5" and rows[-1]["distance_m"] == ""
     api.export([session, other], tmp_path / "study.xlsx")
     book = openpyxl.load_workbook(tmp_path / "study.xlsx", read_only=True)
-    assert book.sheetnames == ["runs", "About these runs", "Streams", "Columns"]
+    assert book.sheetnames == ["runs", "Movements", "About these runs", "Streams", "Columns"]
     about = list(book["About these runs"].iter_rows(values_only=True))
     assert about[0][:3] == ("run", "workbook", "workbook_sha256") and [r[0] for r in about[1:]] == ["2026-a", "2026-b"]
 
@@ -131,7 +131,7 @@ def test_an_xlsx_and_the_help_explain_every_column_and_kind(session: Path, tmp_p
 def test_an_xlsx_has_numbers_and_a_sheet_about_the_run(session: Path, tmp_path: Path) -> None:
     api.export([session], tmp_path / "run.xlsx")
     book = openpyxl.load_workbook(tmp_path / "run.xlsx")
-    assert book.sheetnames == ["run", "About this run", "Streams", "Columns"]
+    assert book.sheetnames == ["run", "Movements", "About this run", "Streams", "Columns"]
     sheet = book["run"]
     assert sheet.cell(2, 1).value == 0 and sheet.cell(5, 10).value == 1.03 and sheet.freeze_panes == "A2"
     about = {a: b for a, b in book["About this run"].iter_rows(values_only=True)}  # noqa: C416
@@ -141,6 +141,41 @@ def test_an_xlsx_has_numbers_and_a_sheet_about_the_run(session: Path, tmp_path: 
         list(r) for r in book["Streams"].iter_rows(values_only=True)
     ]
     assert "P-01" in book.properties.description and book.properties.title == "Run 2026-a of good.md"
+
+
+def test_an_xlsx_says_when_joints_began_and_ended_to_move(tmp_path: Path) -> None:
+    streams = [("Wave", "Gesture"), ("Follow", "Tracker"), ("Words", "SayInput")]
+    header = HEADER | {"streams": [{"stream": n, "kind": "actuator", "device": d} for n, d in streams]}
+    sent = [(1.02, "Wave", "A!2", "Wave"), (2.0, "Words", "A!3", "Hi"), (3.0, "Follow", "A!4", 1),
+            (3.4, "Follow", "A!4", 2), (3.8, "Follow", "A!4", None), (5.0, "Wave", "A!2", "Wave"), (6.0, "Wave", "A!5", "Nod"),
+            (7.0, "Follow", "A!6", 1)]  # fmt: skip
+    names = ("t", "stream", "row", "value")
+    place = write_run(tmp_path, "2026-m", header, *(dict(zip(names, s, strict=True)) for s in sent), END)
+
+    def sheet() -> list[tuple[Any, ...]]:
+        api.export([place], tmp_path / "m.xlsx")
+        return list(openpyxl.load_workbook(tmp_path / "m.xlsx")["Movements"].iter_rows(min_row=2, values_only=True))
+
+    commands = [(1.02, "Wave", "A!2", "Wave", 1), (3, "Follow", "A!4", "1", 2), (5, "Wave", "A!2", "Wave", 1),
+                (6, "Wave", "A!5", "Nod", 1), (7, "Follow", "A!6", "1", 1)]  # fmt: skip
+    assert [(*row[:3], str(row[3]), row[4]) for row in sheet()] == commands
+    assert {row[5:] for row in sheet()} == {(None, None, None)}  # no poses were recorded
+    arm, head = {"A!2": ["RElbowRoll"]}, {"A!4": ["HeadYaw"]}
+    poses: list[dict[str, Any]] = [
+        {"t": 0.0, "full": True, "joints": {"RElbowRoll": 1.0, "HeadYaw": 0.0}},
+        {"t": 1.1, "drives": arm, "joints": {"RElbowRoll": 1.01, "HeadYaw": 0.5}},  # the head is not the arm's
+        {"t": 1.2, "joints": {"RElbowRoll": 1.03}}, {"t": 1.3, "joints": {"RElbowRoll": 1.5}},
+        {"t": 1.4, "joints": {"RElbowRoll": 1.51}}, {"t": 1.5, "drives": {}},
+        {"t": 3.1, "drives": head}, {"t": 3.2, "joints": {"HeadYaw": 0.8}}, {"t": 3.7, "joints": {"HeadYaw": 0.9}},
+        {"t": 3.9, "joints": {"HeadYaw": 1.0}, "drives": {}},
+        {"t": 5.1, "drives": arm, "joints": {"RElbowRoll": 10**400}}, {"t": 5.3, "joints": {"RElbowRoll": 1.0}},
+        {"t": 5.4, "drives": {"A!6": ["RElbowRoll"]}, "joints": {"RElbowRoll": 1.2}},  # another row takes over
+        {"t": 7.2, "drives": {"A!6": 5}},
+    ]  # fmt: skip
+    (place / "poses.jsonl").write_text("".join(json.dumps(pose) + "\n" for pose in poses), encoding="utf-8")
+    assert [row[5:] for row in sheet()] == [
+        (1.2, 1.3, 0.18), (3.2, None, 0.2), (5.3, None, 0.3), (None, None, None), (None, None, None),
+    ]  # fmt: skip
 
 
 def test_texts_are_never_formulas(tmp_path: Path) -> None:

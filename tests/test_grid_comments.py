@@ -284,6 +284,23 @@ def test_a_header_has_its_comments_which_are_answered_and_undone_there(shelf: Bo
     expect(mika.page.locator("thead .commented")).to_have_count(0)
 
 
+def test_a_header_gets_its_first_comment_by_its_menu_and_by_keys(shelf: Books) -> None:
+    grid = shelf.open()
+    head = grid.page.locator("thead th[data-letter=C]")
+    head.click(button="right")
+    grid.page.get_by_role("menuitem", name="Comment …").click()
+    expect(panel(grid).get_by_role("heading")).to_have_text("Comments on C1")
+    grid.page.locator(".thread textarea").fill("In metres")
+    grid.page.keyboard.press("Control+Enter")
+    becomes(lambda: texts(grid), {(1, 3): ["In metres"]})
+    expect(head.locator(".head-comments")).to_have_count(1)
+    grid.page.keyboard.press("Escape")
+    grid.page.locator("thead th[data-letter=B]").click()
+    grid.page.keyboard.press("Shift+F2")
+    expect(panel(grid).get_by_role("heading")).to_have_text("Comments on B1")
+    grid.page.keyboard.press("Escape")
+
+
 def test_a_sheet_of_ones_own_shows_its_comments_also_beyond_its_texts(shelf: Books) -> None:
     path = shelf.file({"T": [["From", "Operator", "Parameter", "To"], ["Red ball", "map", "1", "A"]], "Mine": [["x"]]})
     note = (Comment(new_id(), "Aya", "2026-11-02T09:05:00Z", "mine"),)

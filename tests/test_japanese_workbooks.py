@@ -326,7 +326,7 @@ def test_the_words_are_those_of_the_scene() -> None:
 
 def test_the_words_are_those_of_the_protocol() -> None:
     for field in schema.FIELDS.values():
-        assert field.synonyms and field.called("ja") == field.synonyms[0]
+        assert field.synonyms and field.name_in("ja") == field.synonyms[0]
         assert field.name == "Run" or set(field.also.values()) <= set(field.words)
         assert not field.also or field.name == "Run" or set(field.also.values()) == set(field.words)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import openpyxl
 import pytest
 from PIL import Image
 
@@ -151,6 +152,14 @@ def test_the_recorded_joints_are_those_that_the_sensor_gave(run: Path) -> None:
     assert len(compared) >= 8
     assert max(abs(a - b) for a, b in compared) < 0.02
     assert max(angle for _, angle in recorded) > 0.2  # it looked to the ball
+
+
+def test_the_table_says_when_the_head_began_to_move(run: Path) -> None:
+    (row,) = openpyxl.load_workbook(run / "run.xlsx")["Movements"].iter_rows(min_row=2, values_only=True)
+    t, stream, place, *_, begin, end, response = row
+    turned = [p["t"] for p in poses(run) if abs(p["joints"]["HeadYaw"]) > 0.02 or abs(p["joints"]["HeadPitch"]) > 0.02]
+    assert (stream, place, begin) == ("Head tracker", "Look!8", turned[0])
+    assert response == pytest.approx(begin - t, abs=0.001) and 0 < response < 0.5 and (end is None or end > begin)
 
 
 def test_the_ball_is_where_the_scene_says_and_gone_when_it_goes(run: Path) -> None:

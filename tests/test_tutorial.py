@@ -23,7 +23,7 @@ from rrp_sheets.workbook.reading import to_rows
 
 TUTORIAL = bundled("templates", "workbooks", "tutorial.xlsx")
 LESSONS = ["Hello", "Near", "Name it", "Slip", "Wave", "Together", "Forget", "Silence", "Calm", "Cheer"]
-TUTORIALS = {"tutorial": tutorial.LESSONS, "tutorial.ja": tutorial.JAPANESE_LESSONS}
+TUTORIALS = {"tutorial": tutorial.LESSONS, "tutorial.ja": tutorial.japanese_lessons()}
 DONE = [f"Lesson {n} {name}" for n, name in enumerate(LESSONS, 1)]
 
 

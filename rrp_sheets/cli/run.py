@@ -88,15 +88,15 @@ _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
 
 
 class Watch(RunObserver):
-    """Prints a run, and at its beginning a `doubt` about what was typed.
+    """Prints a run, and at its beginning a `warning` about what was typed.
 
     Attributes:
         interrupted: set by Ctrl-C.
     """
 
-    def __init__(self, doubt: str = "") -> None:
+    def __init__(self, warning: str = "") -> None:
         self.interrupted = False
-        self._doubt = doubt
+        self._warning = warning
         self._names: dict[str, str] = {}
         self._commands = Commands()
         self._began = time.monotonic()
@@ -127,8 +127,8 @@ class Watch(RunObserver):
         self._until = start.until_us
         speak(start.language)
         print_findings(start.findings, err=True)
-        if self._doubt:
-            self._echo(self._doubt, "yellow", err=True)
+        if self._warning:
+            self._echo(self._warning, "yellow", err=True)
         count = len(start.rows)
         rows = N_("{n:,} row" if count == 1 else "{n:,} rows", n=count)
         words = N_("{title}: {rows} for {seconds:g} s. Ctrl-C stops.")

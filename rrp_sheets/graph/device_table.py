@@ -18,7 +18,7 @@ from rrp_sheets.model.workbook import Address, Cell, Device, Workbook, truth_of
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.robots.media_files import is_plain
 from rrp_sheets.texts import N_, listed, sentences
-from rrp_sheets.workbook.schema import DEVICES
+from rrp_sheets.workbook.schema import DEVICES, setting_header
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
@@ -111,7 +111,9 @@ class DeviceTable:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
                 guess = nearest(device.text, [*(f.name for f in self.robot.names.values()), *japanese.DEVICES])
-                remedy = called(device.text, guess, self.robot) or meant(guess, N_("See `rrp-sheets help devices`."))
+                remedy = device_remedy(device.text, guess, self.robot) or meant(
+                    guess, N_("See `rrp-sheets help devices`.")
+                )
                 self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
             return
@@ -209,15 +211,6 @@ class DeviceTable:
         return mine + self.robot.device_names(kind)
 
 
-def setting_header(setting: str, language: str) -> str:
-    """Return the header of a setting's column in a workbook of a language.
-
-    >>> setting_header("Words", "en"), setting_header("Words", "ja")
-    ('Words', '言葉')
-    """
-    return japanese.japanese(japanese.SETTINGS, [setting])[0] if language == "ja" else setting
-
-
 def setting_edits(
     workbook: Workbook, stream: str, device: str, setting: str, text: str = ""
 ) -> tuple[tuple[FixEdit, ...], Address | None]:
@@ -244,13 +237,13 @@ def _standard(setting: str, cell: Cell) -> Cell:
     return replace(cell, text=japanese.standard(japanese.CHOICES.get(setting, {}), cell.text))
 
 
-def called(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:
+def device_remedy(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:
     """Return the details `remedy` and `guess` for a plain word of devices (of a kind), such as `hand`.
 
     They are empty for another word, and for one that is nearly spelt as the `guess`. With a kind, the word is that of a
     stream: a device that needs a setting is then proposed for the sheet Devices.
     """
-    found = [] if guess and surely(word, guess) else robot.called(word, kind)
+    found = [] if guess and surely(word, guess) else robot.devices_for(word, kind)
     if not found:
         return {}
     plain = [d for d in found if not (kind and any(s.required or s.kind == "gesture" for s in d.settings.values()))]

@@ -11,7 +11,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import Declared, DeviceTable, called, describe, done_of
+from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, device_remedy, done_of
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row
@@ -97,7 +97,7 @@ class Names:
         ended = self._meant_done(text)
         guess = ended or self.devices.propose(text, self._inputs)
         unused_output = any(k not in self._read and other is not row for k, other in self.rows.items())
-        if not (ended or unused_output) and (found := called(text, guess, self.devices.robot, "sensor")):
+        if not (ended or unused_output) and (found := device_remedy(text, guess, self.devices.robot, "sensor")):
             return found  # else that output may have been called so
         unused = self.rows.get(key(guess)) if guess else None
         if guess is None or unused is None or key(guess) in self._read:
@@ -203,7 +203,7 @@ class Names:
         if guess:
             remedy = N_("Did you mean {guess}? Or declare “{text}” in the sheet Devices, with its device and settings.",
                         guess=guess, text=cell.text)  # fmt: skip
-        details = called(cell.text, guess, self.devices.robot, "actuator") or {"remedy": remedy, "guess": guess}
+        details = device_remedy(cell.text, guess, self.devices.robot, "actuator") or {"remedy": remedy, "guess": guess}
         if declared is not None:
             what = describe(declared.found.type)
         else:

@@ -30,6 +30,17 @@ COLUMNS = {
     "complete": ("", N_("TRUE if the run ended by its time limit, a person or a row; else FALSE.")),
 }  # fmt: skip
 """Unit and meaning of each column that does not depend on the workbook."""
+MOVEMENTS = {
+    "commands": ("", N_("Number of commands that the line stands for. A command less than 0.5 s after the one before, "
+                        "on the same stream and from the same row, has no line of its own.")),
+    "begin_s": ("s", N_("Time of the first pose in which a joint that the command drives has moved by more than "
+                        "0.02 rad, a hand by 0.02 of its opening. Poses are recorded every 0.1 s. Blank if nothing "
+                        "moved so far, or if it was not recorded.")),
+    "end_s": ("s", N_("Time of the last pose by which one of them had moved by 0.02 rad more. Blank if they moved less "
+                      "than 0.3 s before another command took over or the poses end.")),
+    "response_s": ("s", N_("Time from the command until begin_s.")),
+}  # fmt: skip
+"""Unit and meaning of the columns that only the sheet Movements has."""
 FIELD = N_("Field of a record on the stream, with its unit at the end of the name if it has one.")
 KINDS = {
     "sensor": N_("A value of a sensor."),
@@ -63,4 +74,5 @@ KINDS = {
 def explained(language: str) -> list[tuple[str, str, str]]:
     """Return name, unit and meaning of the columns in a language, then the kinds of lines."""
     columns = [(name, unit, translate(text, language)) for name, (unit, text) in COLUMNS.items()]
+    columns += [(f"Movements: {name}", unit, translate(text, language)) for name, (unit, text) in MOVEMENTS.items()]
     return [*columns, *((f"kind: {kind}", "", translate(text, language)) for kind, text in KINDS.items())]

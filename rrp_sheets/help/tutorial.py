@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 from rrp_sheets.texts import N_, LazyMessage, translate
 
@@ -155,8 +156,10 @@ def _in_japanese(number: int, lesson: TutorialLesson) -> TutorialLesson:
     return replace(lesson, test=f"レッスン{number} {translate(lesson.title, 'ja')}", steps=steps)
 
 
-JAPANESE_LESSONS = tuple(_in_japanese(number, lesson) for number, lesson in enumerate(LESSONS, 1))
-"""The same lessons with the words of the Japanese workbook."""
+@cache
+def japanese_lessons() -> tuple[TutorialLesson, ...]:
+    """Return the same lessons with the words of the Japanese workbook."""
+    return tuple(_in_japanese(number, lesson) for number, lesson in enumerate(LESSONS, 1))
 
 
 def lesson_of(test: str) -> TutorialLesson | None:
@@ -165,4 +168,4 @@ def lesson_of(test: str) -> TutorialLesson | None:
     >>> lesson_of("Lesson 3 Name it").title
     'Name it'
     """
-    return next((lesson for lesson in (*LESSONS, *JAPANESE_LESSONS) if lesson.test == test), None)
+    return next((lesson for lesson in (*LESSONS, *japanese_lessons()) if lesson.test == test), None)

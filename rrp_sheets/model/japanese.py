@@ -183,7 +183,7 @@ def japanese_thing(text: str) -> str:
     ('赤いボール2', 'Mia')
     """
     name = text.rstrip("0123456789 ")
-    own = japanese(THINGS, [name])[0]
+    own = japanese_word(THINGS, name)
     return text if own == name else f"{own}{text[len(name) :].strip()}"
 
 
@@ -215,6 +215,11 @@ def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*own, *names))) if title == "All devices" else own
 
 
+def japanese_word(words: Mapping[str, str], standard: str) -> str:
+    """Return the Japanese word for a standard one by a table, or the standard one itself."""
+    return japanese(words, [standard])[0]
+
+
 def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, ...]:
     """Return the Japanese words for standard ones, the first for each; one that has none stays as it is.
 
@@ -233,5 +238,5 @@ def in_both(words: Mapping[str, str], name: str, language: str) -> str:
     >>> in_both(FIELDS, "colour", "ja"), in_both(FIELDS, "colour", "en")
     ('色（colour）', 'colour')
     """
-    own = japanese(words, [name])[0] if language == "ja" else name
+    own = japanese_word(words, name) if language == "ja" else name
     return name if own == name else f"{own}（{name}）"

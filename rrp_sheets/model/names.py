@@ -12,7 +12,7 @@ from functools import lru_cache
 OPERATOR_WORDS = frozenset(("if", "else", "and", "or", "not", "in", "is", "for"))
 _CONSTANTS = frozenset(("true", "false", "none", "blank"))  # what these mean in a formula
 _LIKE = 0.66  # how like what was meant must be, as difflib measures it
-LONGEST = 60  # letters of a name in which typing errors are counted
+_LONGEST = 60  # letters of a name in which typing errors are counted
 _JOINERS = re.compile(r"[\s_\-\u00a0\u2010-\u2015]+")
 
 
@@ -95,7 +95,7 @@ def is_near(first: str, second: str) -> bool:
     return count_typos(first, second, most) <= most
 
 
-def count_typos(first: str, second: str, most: int = LONGEST) -> int:
+def count_typos(first: str, second: str, most: int = _LONGEST) -> int:
     """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
 
     Beyond `most` they are not counted exactly, which is quicker for names that are not alike.
@@ -103,7 +103,7 @@ def count_typos(first: str, second: str, most: int = LONGEST) -> int:
     >>> count_typos("Red bal", "red_ball"), count_typos("SQTR", "SQRT"), count_typos("Touch", "Say", most=2) > 2
     (1, 1, True)
     """
-    a, b = key(first)[:LONGEST], key(second)[:LONGEST]
+    a, b = key(first)[:_LONGEST], key(second)[:_LONGEST]
     apart = max(abs(len(a) - len(b)), len(b) - sum(map(frozenset(a).__contains__, b)))
     if apart > most:
         return apart

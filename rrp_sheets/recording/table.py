@@ -24,12 +24,13 @@ from typing import Any
 
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.help.recording_columns import COLUMNS, FIELD, explained
+from rrp_sheets.help.recording_columns import COLUMNS, FIELD, MOVEMENTS, explained
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import PROGRAM, RecordedAction, RecordedEvent, RecordedNotice, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import stamp_of
+from rrp_sheets.recording.movements import movements
 from rrp_sheets.recording.trace_reader import TraceReader
-from rrp_sheets.robots import load_robot, robot_names
+from rrp_sheets.robots import Robot, load_robot, robot_names
 from rrp_sheets.robots.own_robot import own_robot
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook.files import refuse_open_file, unwritable
@@ -67,7 +68,7 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
     It raises UnreadableFile when one of them is no trace.
     """
     table = tidy_table(traces)
-    more = [about_runs(table.stamps), _streams(table), _column_meanings(table)]
+    more = [_movements(traces, table), about_runs(table.stamps), _streams(table), _column_meanings(table)]
     properties = properties_of(table.stamps)
     name = "run" if len(traces) == 1 else "runs"
     write_table(target, name, table.header, table.rows, table.widths, more, properties, table.count)
@@ -90,6 +91,25 @@ def _streams(table: Tidy) -> MoreSheet:
     rows = [[stamp.run, *stream] for stamp, streams in runs for stream in streams]
     first = 1 if len(table.stamps) == 1 else 0  # of one run, its name is left out
     return MoreSheet("Streams", header[first:], [row[first:] for row in rows], widths[first:])
+
+
+def _movements(traces: Sequence[Path], table: Tidy) -> MoreSheet:
+    """Make the sheet that says when the robot began and ended to move after each command."""
+    rows = []
+    for trace, stamp in zip(traces, table.stamps, strict=True):
+        reader = TraceReader(trace)
+        for one in movements(reader, _robot_of(reader)):
+            sent = one.command
+            times = [None if t is None else Seconds(t) for t in (one.begin, one.end)]
+            response = None if one.begin is None else round(one.begin - sent.t, 3)
+            rows.append([stamp.run, Seconds(sent.t), sent.stream, sent.row or None, _plain(sent.value), one.commands,
+                         *times, response])  # fmt: skip
+    first = 1 if len(traces) == 1 else 0  # of one run, its name is left out
+    header, widths = (
+        ["run", "time_s", "stream", "row", "value", *MOVEMENTS],
+        [28.0, 10.0, 24.0, 16.0, 30.0, *[12.0] * 4],
+    )
+    return MoreSheet("Movements", header[first:], [row[first:] for row in rows], widths[first:])
 
 
 def _column_meanings(table: Tidy) -> MoreSheet:
@@ -318,9 +338,7 @@ def units_of(reader: TraceReader) -> dict[str, dict[str, str]]:
     Streams that rows make have none: a formula does not say what its number means. The robot is that of the run's
     folder, if it has one.
     """
-    name, robot = reader.header.text("robot"), None
-    with suppress(UnreadableWorkbook):
-        robot = own_robot(reader.path.parent, name) or (load_robot(name) if name in robot_names() else None)
+    robot = _robot_of(reader)
     if robot is None:
         return {}
     found: dict[str, dict[str, str]] = {}
@@ -330,6 +348,13 @@ def units_of(reader: TraceReader) -> dict[str, dict[str, str]]:
             fields = {key(f.name): f.unit for f in device.payload.fields} if device.payload else {}
             found[stream.name] = {"": device.unit, **fields}
     return found
+
+
+def _robot_of(reader: TraceReader) -> Robot | None:
+    name = reader.header.text("robot")
+    with suppress(UnreadableWorkbook):
+        return own_robot(reader.path.parent, name) or (load_robot(name) if name in robot_names() else None)
+    return None
 
 
 def _rows(look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool) -> Iterator[list[Any]]:

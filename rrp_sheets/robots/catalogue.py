@@ -167,10 +167,10 @@ class Robot:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
         return self.names.get(key(name))
 
-    def called(self, word: str, kind: str = "") -> list[DeviceType]:
+    def devices_for(self, word: str, kind: str = "") -> list[DeviceType]:
         """The devices (of a kind) that people call by a plain word.
 
-        >>> [device.title for device in load_robot().called("hand", "sensor")]
+        >>> [device.title for device in load_robot().devices_for("hand", "sensor")]
         ['Touch']
         """
         return [d for d in self.devices.values() if kind in ("", d.kind) and key(word) in map(key, d.synonyms)]

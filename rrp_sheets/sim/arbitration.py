@@ -15,6 +15,7 @@ from rrp_sheets.model.exchange import Command, Notice, commanded
 from rrp_sheets.model.values import Value
 
 QUEUES = frozenset({"voice"})  # resources for which a command of equal priority waits for its turn
+_MOST_BEGUN = 50  # jobs that are kept until the next pose is recorded; without a recording nobody asks for them
 Tell = Callable[[Notice], None]
 
 
@@ -53,6 +54,7 @@ class Arbiter:
         self._barred: tuple[frozenset[str], str] = (frozenset(), "")
         self._told: set[tuple[str, str]] = set()
         self._moved: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
+        self._begun: list[Job] = []  # since `used` was asked
 
     def take(self, job: Job, us: int) -> None:
         """Start, queue or refuse a new command."""
@@ -120,6 +122,11 @@ class Arbiter:
         """Return the resources that a stream's commands have used and the joints they named, and forget them."""
         return self._moved.pop(stream, (frozenset(), frozenset()))
 
+    def used(self) -> list[Job]:
+        """Return the jobs that are running, and those that ran for a shorter time since the last call."""
+        begun, self._begun = self._begun, []
+        return [*begun, *(job for job in self._running if job not in begun)]
+
     def in_use(self) -> list[tuple[frozenset[str], frozenset[str]]]:
         """Return the resources of each running command, and its joints when it names them."""
         return [(job.uses, job.joints) for job in self._running]
@@ -161,6 +168,7 @@ class Arbiter:
         uses, joints = self._moved.get(job.command.stream, (job.uses, job.joints))
         self._moved[job.command.stream] = uses | job.uses, joints | job.joints
         self._running.append(job)
+        self._begun = [*self._begun[-_MOST_BEGUN:], job]
         job.begin(job.command, us)
         if rivals:  # they may have used more than this one does
             self._resume(us)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rrp_sheets.model.names import key
 from rrp_sheets.perception.pinhole import Pose, Vector
 from rrp_sheets.robots.catalogue import Keyframe, Robot
 from rrp_sheets.robots.trajectory import COUPLED, Clamped, JointLimits, JointPlan, Planner, moved
@@ -216,6 +217,11 @@ class Body:
     def position(self, joint: str) -> float:
         """Return the actual angle of the joint, rad."""
         return float(self._b.getJointState(self.id, self.index[joint])[0])
+
+    def joints_used(self, uses: frozenset[str], names: frozenset[str]) -> set[str]:
+        """Return the joints that a command names, else all joints of the resources that it uses."""
+        chains, joints = self.robot.data["chains"], self.robot.joints
+        return set(names) or {j for j in self.start if chains[joints[key(j)].chain] in uses}
 
     def positions(self) -> dict[str, float]:
         """Return the actual angles of all joints, rad."""

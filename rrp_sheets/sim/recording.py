@@ -62,7 +62,8 @@ class Poses:
     """The poses' file: JSON Lines, each with what has changed since the one before.
 
     In a line, `t` is in seconds; `joints` (rad) by name; `base` x, y, z (m) and roll, pitch, yaw (rad) of the torso;
-    `eyes` 0 to 1; `saying`; `things` (m) by name, null for what has gone; `looks` by name; `light`, `noise` 0 to 1.
+    `eyes` 0 to 1; `saying`; `things` (m) by name, null for what has gone; `looks` by name; `light`, `noise` 0 to 1;
+    `drives` the joints that each row moves.
     """
 
     def __init__(self, path: Path, joints: list[str], unwritten: Unwritten) -> None:
@@ -84,6 +85,7 @@ class Poses:
         entry: dict[str, Any] = {"t": round(world.stage.us / 1e6, DIGITS), **({"full": True} if full else {})}
         body, stage = world.body, world.stage
         self._changed(entry, "joints", body.positions())
+        self._drives(entry, world)
         self._whole(entry, "base", (*(float(c) for c in body.torso().position), *body.tilt()))
         self._changed(entry, "things", stage.places())
         self._looks(entry, stage.looks())
@@ -107,6 +109,12 @@ class Poses:
             del told[name]
         if moved or gone:
             entry[part] = {**moved, **gone}
+
+    def _drives(self, entry: dict[str, Any], world: SimWorld) -> None:
+        used = [(job.command.row, world.body.joints_used(job.uses, job.joints)) for job in world.arbiter.used()]
+        now = {row: sorted(joints) for row, joints in used if joints}
+        if self._told.get("drives", {}) != now:
+            entry["drives"] = self._told["drives"] = now
 
     def _looks(self, entry: dict[str, Any], now: Mapping[str, Any]) -> None:
         told = self._told.setdefault("looks", {})

@@ -362,15 +362,9 @@ def relax(stream: str, body: Body, stance: Stance, arbiter: Arbiter) -> None:
     if body.fallen:
         return
     chain = {joint.name: joint.chain for joint in body.robot.joints.values()}
-    resources = body.robot.data["chains"]
-
-    def used(uses: frozenset[str], names: frozenset[str]) -> set[str]:
-        """Return the joints that a command names, else all joints of the resources that it uses."""
-        return set(names) or {j for j in body.start if resources[chain[j]] in uses}
-
-    joints = used(*arbiter.moved(stream))
+    joints = body.joints_used(*arbiter.moved(stream))
     for uses, names in arbiter.in_use():
-        joints -= used(uses, names)
+        joints -= body.joints_used(uses, names)
     legs = {j for j in joints if chain[j] in LEGS}
     if stance.stepping:  # it finishes its step and stands
         joints -= legs

@@ -12,7 +12,6 @@ from typing import Any
 from rrp_sheets.connectors import Parameter, connectors
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import setting_header
 from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
 from rrp_sheets.help.scene_page import TIMES, scene_message, scene_value
@@ -26,7 +25,7 @@ from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, kind_of
 from rrp_sheets.texts import N_, LazyMessage, listed, sentences, translate
 from rrp_sheets.web.analysis import Analysis
-from rrp_sheets.workbook.schema import FIELDS
+from rrp_sheets.workbook.schema import FIELDS, setting_header
 
 Word = dict[str, str]
 
@@ -85,7 +84,7 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
     """
 
     def written(words: Mapping[str, str], text: str) -> str:
-        return japanese.japanese(words, [text])[0]
+        return japanese.japanese_word(words, text)
 
     def own(name: str) -> str:
         return written(japanese.DEVICES, name)
@@ -119,7 +118,7 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
     found["acts"] = {kind: [act(verb, values) for verb, values in acts] for kind, acts in found["acts"].items()}
     found["expects"] = [{**one, "text": written(japanese.EXPECTED, one["text"])} for one in found["expects"]]
     found["fields"] = [
-        {**one, "text": field.called("ja"), "words": f"{one['text']} {one['words']}"}
+        {**one, "text": field.name_in("ja"), "words": f"{one['text']} {one['words']}"}
         for one, field in zip(found["fields"], FIELDS.values(), strict=True)
     ]
     for field in FIELDS.values():
@@ -139,8 +138,8 @@ def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
     """Return a device with one of its choices in Japanese, such as “手を振る”."""
     zone = found["group"] == "zone"
     [(setting, choice)] = found["adds"]["settings"].items()
-    (own,) = japanese.japanese(japanese.ZONES if zone else japanese.MOVES, [choice])
-    (device,) = japanese.japanese(japanese.DEVICES, [found["adds"]["device"]])
+    own = japanese.japanese_word(japanese.ZONES if zone else japanese.MOVES, choice)
+    device = japanese.japanese_word(japanese.DEVICES, found["adds"]["device"])
     text = f"{own}への接触" if zone else own
     return {**found, "text": text, "adds": {"device": device, "settings": {setting: own}}}
 

@@ -67,7 +67,7 @@ class RowRenderer:
             column = self._column(c)
             if not c.header.isascii():
                 words = japanese.CHOICES.get(key(column.name), {})
-                choices = (replace(one, text=japanese.japanese(words, [one.text])[0]) for one in column.choices)
+                choices = (replace(one, text=japanese.japanese_word(words, one.text)) for one in column.choices)
                 column = replace(column, choices=tuple(choices))
             spellings = dict.fromkeys([key(c.header), *map(key, (c.name, *column.synonyms) if c.name else ())])
             thread = self.grid.marks.thread(HEADER, c.number)

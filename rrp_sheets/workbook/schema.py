@@ -277,6 +277,15 @@ def title_of(kind: str, language: str) -> str:
     return next(iter(own), TITLES[kind])
 
 
+def setting_header(setting: str, language: str) -> str:
+    """Return the header of a setting's column in a workbook of a language.
+
+    >>> setting_header("Words", "en"), setting_header("Words", "ja")
+    ('Words', '言葉')
+    """
+    return japanese.japanese_word(japanese.SETTINGS, setting) if language == "ja" else setting
+
+
 def language_of(headers: Iterable[str]) -> str:
     """Return the language of headers of ours: that of most of them.
 
@@ -334,7 +343,7 @@ class ProtocolField:
         """The choices without their help."""
         return tuple(choice.text for choice in self.choices)
 
-    def called(self, language: str) -> str:
+    def name_in(self, language: str) -> str:
         """Return the name of the field in a language."""
         return self.synonyms[0] if language == "ja" and self.synonyms else self.name
 

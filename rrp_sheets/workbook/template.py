@@ -31,6 +31,7 @@ from rrp_sheets.workbook.schema import (
     SheetKind,
     field_key,
     recognise,
+    setting_header,
     title_of,
 )
 
@@ -108,7 +109,7 @@ def _protocol(robot: str, language: str = "en") -> list[tuple[str, str]]:
         if field.name in _HEADINGS:
             rows.append((f"# {translate(_HEADINGS[field.name], language)}", ""))
         value = robot if field.name == "Robot" else _FIRST_VALUES.get(field.name, "")
-        rows.append((field.called(language), own.get(field.name) or field.shown(value, language)))
+        rows.append((field.name_in(language), own.get(field.name) or field.shown(value, language)))
     return rows
 
 
@@ -279,7 +280,7 @@ def in_japanese(
 
     def of_example(text: str) -> str:
         shown = translate(LazyMessage(text, msgctxt="example"), "ja")
-        return shown if shown != text else japanese.japanese(words, [text])[0]
+        return shown if shown != text else japanese.japanese_word(words, text)
 
     made = _Japanese(sheets, own or of_example)
     return made.sheets() if own or not declare else made.declared()
@@ -350,7 +351,7 @@ class _Japanese:
         for header, at in what.columns.items():
             rows[what.row - 1][at - 1] = what.kind.column(header).header("ja")
         for at, header in what.others.items():
-            rows[what.row - 1][at - 1] = japanese.japanese(japanese.SETTINGS, [header])[0] if settings else header
+            rows[what.row - 1][at - 1] = setting_header(header, "ja") if settings else header
         headers = {header: at for at, header in what.others.items()} | dict(what.columns)
         for row, line in zip(rows[what.row :], self._lines(name, what), strict=True):
             if row and row[0].startswith("#"):
@@ -388,13 +389,13 @@ class _Japanese:
         tables = {"device": japanese.DEVICES, "verb": japanese.VERBS, "expect": japanese.EXPECTED}
         words = tables.get(cells) or japanese.CHOICES.get(key(header), moves)
         known = key(text) in map(key, words.values())
-        return japanese.japanese(words, [text])[0] if known or cells != "setting" else self._own(text)
+        return japanese.japanese_word(words, text) if known or cells != "setting" else self._own(text)
 
     def _field(self, header: str, line: Mapping[str, str]) -> str:
         """Return the name of a field of the Protocol, or its value."""
         text, known = line[header], FIELDS.get(field_key(line.get("Field", "")))
         if header == "Field":
-            return known.called("ja") if known else text
+            return known.name_in("ja") if known else text
         if known is FIELDS["run"]:
             return _NAME.sub(lambda match: self._titles.get(match[0]) or self._own(match[0]), text)
         shown = known.shown(text, "ja") if known else text

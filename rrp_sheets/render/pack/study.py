@@ -32,7 +32,7 @@ MOST_RISKS = 100
 
 def field_label(source: Source, name: str) -> str:
     """Return what a field of the Protocol sheet is called in the pack's language."""
-    return FIELDS[key(name)].called(source.words.language)
+    return FIELDS[key(name)].name_in(source.words.language)
 
 
 def stated(source: Source, names: Iterable[str], *, marked: bool = True) -> tuple[Labelled, ...]:

@@ -24,7 +24,6 @@ from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing, setting_columns
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
-from rrp_sheets.graph.device_table import setting_header
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
@@ -61,7 +60,7 @@ from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
 from rrp_sheets.workbook.comments import Comment, Thread, checked_text, new_id, removed, replied, resolved, rewritten
 from rrp_sheets.workbook.looks import FILLS
-from rrp_sheets.workbook.schema import TITLES
+from rrp_sheets.workbook.schema import TITLES, setting_header
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000

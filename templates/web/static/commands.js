@@ -66,6 +66,7 @@ export const COMMANDS = [
   { name: "addColumn", label: t("Add a column …"), when: ({ table }) => table.kind === "devices", run: ({ headers }) => headers.add() },
   { name: "comment", label: t("Comment …"), told: "Shift + F2", help: "shows the comments of the cell, to read, write and answer",
     at: "cell", keys: ["Shift+F2"], run: ({ threads }) => threads.open() },
+  { name: "commentHeader", label: t("Comment …"), run: ({ threads, table, selection }) => threads.open(table.headers[table.column(selection.cell)]) },
   { name: "comments", label: t("All comments"), run: ({ threads }) => threads.list() },
   { name: "bold", label: t("Bold"), told: "Ctrl + B", help: "makes the selected cells bold, or not bold", at: "cell", keys: ["Ctrl+b"], run: ({ looks }) => looks.bold() },
   { name: "fillColour", label: t("Fill colour …"), run: ({ looks }) => looks.choose() },
@@ -137,7 +138,7 @@ const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "move
 const MENUS = {
   cell: [...COPYING, "renameName", "renameColumn", "addColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS, "", ...COLUMN],
   rows: [...COPYING, "fillDown", ...ROWS, "addColumn"],
-  head: ["renameColumn", "addColumn", ...COLUMN],
+  head: ["renameColumn", "addColumn", "commentHeader", "comments", "", ...COLUMN],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
 

@@ -20,10 +20,11 @@ export class Headers {
       head.addEventListener("click", (event) => event.target.closest(".widen, button") || focus(k));
       head.addEventListener("keydown", (event) => {
         if (event.target !== head) return;
-        const { key, ctrlKey, metaKey, altKey } = event;
+        const { key, ctrlKey, metaKey, altKey, shiftKey } = event;
         const to = { ArrowLeft: k - 1, ArrowRight: k + 1 }[key];
         const types = !(ctrlKey || metaKey || altKey) && ([...key].length === 1 || ["F2", "Enter", "Delete", "Backspace"].includes(key));
-        if (types) this.edit(k); // what is typed is not for the cell where the cursor was
+        if (key === "F2" && shiftKey) grid.threads.open(head);
+        else if (types) this.edit(k); // what is typed is not for the cell where the cursor was
         else if (key === "ArrowDown") selection.go(table.rows[0], k);
         else if (table.headers[to]) focus(to);
         else return;

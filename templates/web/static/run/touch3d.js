@@ -19,9 +19,11 @@ export class Touch {
     this.on = false;
     this.press = null; // { zone, x, y, timer, held }
     this.shown = null; // the zone under the pointer
-    this.zones = stage.model.touch.map(({ zone, label, link, xyz }) => ({ zone, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(label) }));
-    this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark));
+    this.zones = stage.model.touch.map(({ zone, label, link, xyz }) => ({ zone, label, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(label) }));
+    this.hint = make("p", { className: "touch-hint", id: "touch-hint" });
+    this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark), this.hint);
     const { canvas } = stage;
+    canvas.setAttribute("aria-describedby", this.hint.id);
     canvas.parentElement.append(this.box);
     canvas.addEventListener("pointerdown", (event) => event.button === 0 && this.begin(this.under(event), event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
@@ -38,7 +40,11 @@ export class Touch {
         if (!event.repeat) this.begin(one, {});
       });
       one.mark.addEventListener("keyup", (event) => presses(event) && this.end(true));
-      one.mark.addEventListener("blur", () => this.end(false));
+      one.mark.addEventListener("focus", () => this.explain(one));
+      one.mark.addEventListener("blur", () => {
+        this.end(false);
+        this.explain(this.shown);
+      });
       one.mark.addEventListener("click", () => touch(one.zone, "once")); // by a screen reader
     }
     this.allow(false);
@@ -51,6 +57,14 @@ export class Touch {
       this.show(null);
     }
     for (const { mark: button } of this.zones) button.disabled = !on;
+    this.hint.hidden = !on;
+    this.explain(this.shown);
+  }
+
+  /** Tell in the corner of the picture how a zone is touched, or that there are some. */
+  explain(one) {
+    const words = one ? t("{zone}: click to touch, hold to keep touching", { zone: one.label }) : t("Click the robot to touch it");
+    if (this.hint.textContent !== words) this.hint.textContent = words;
   }
 
   begin(one, { clientX, clientY }) {
@@ -89,6 +103,7 @@ export class Touch {
     this.shown = one;
     for (const each of this.zones) each.mark.classList.toggle("under", each === one);
     this.stage.canvas.classList.toggle("on-zone", Boolean(one));
+    this.explain(one);
   }
 
   /** The zone under a pointer, of the part of the robot that is in front. */
@@ -126,5 +141,7 @@ function touch(zone, step) {
 }
 
 function mark(label) {
-  return make("button", { type: "button", className: "zone", ariaLabel: t("Touch: {zone}", { zone: label }) }, make("span", label));
+  const button = make("button", { type: "button", className: "zone", ariaLabel: t("Touch: {zone}", { zone: label }) }, make("span", label));
+  button.setAttribute("aria-describedby", "touch-hint");
+  return button;
 }
