@@ -186,6 +186,19 @@ def test_a_misspelt_gesture_gets_the_right_one_proposed(tmp_path: Path, typed: s
     assert found.code == "LINT012" and f"did you mean {proposed}?" in str(found.message)
 
 
+@pytest.mark.parametrize(
+    ("compared", "fixed"),
+    [("身ぶりdone.値", "Wave"), ("身ぶりdone.value", "Wave"), ("身ぶりdone.完了 and 身ぶりdone.値", "Wave")],
+)
+def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(tmp_path: Path, compared: str, fixed: str) -> None:
+    row = '| 身ぶり done | filter | {} = "{}" | 終わり |\n| 終わり | subscribe | | Print |\n'
+    found = [d for d in api.check(moves(tmp_path, row.format(compared, "手を振る"))).report if d.code == "LINT005"]
+    assert [d.fixes[0].edits[0].text for d in found] == [f'{compared} = "{fixed}"']
+    assert f"own name, “{fixed}”" in str(found[0].message)
+    right = api.check(moves(tmp_path, row.format(compared, fixed)))
+    assert not [d for d in right.report if d.code == "LINT005"]
+
+
 def test_a_gesture_without_quotes_is_put_into_them(tmp_path: Path) -> None:
     found = next(iter(api.check(moves(tmp_path, "| 触る | subscribe | 手を振る | Gesture |\n")).report))
     assert found.code == "FORM001" and found.fixes[0].edits[0].text == '"手を振る"'
