@@ -199,6 +199,15 @@ def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(tmp_path: P
     assert not [d for d in right.report if d.code == "LINT005"]
 
 
+def test_a_japanese_print_of_an_english_workbook_has_only_its_own_words_in_english() -> None:
+    pack = pack_of(bundled("workbooks", "greeter.xlsx"), language="ja")
+    cells = [cell for sheet in pack.sheets for row in sheet.rows for cell in row]
+    for shown in ("顔（Face）", "頻度（Rate）：2 Hz", "入ってくる", "位置 1.1, 0.15", "Mia"):
+        assert shown in cells
+    assert not {"enters", "leaves", "at 1.1, 0.15"} & set(cells)
+    assert "シート リスク" in [field.where for field in pack.missing]
+
+
 def test_a_gesture_without_quotes_is_put_into_them(tmp_path: Path) -> None:
     found = next(iter(api.check(moves(tmp_path, "| 触る | subscribe | 手を振る | Gesture |\n")).report))
     assert found.code == "FORM001" and found.fixes[0].edits[0].text == '"手を振る"'
