@@ -23,6 +23,7 @@ from rrp_sheets.help.topics import text_on
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
+from rrp_sheets.recording.marbles import trace_scores
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import DeviceType, load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
@@ -197,6 +198,14 @@ def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(tmp_path: P
     assert f"own name, “{fixed}”" in str(found[0].message)
     right = api.check(moves(tmp_path, row.format(compared, fixed)))
     assert not [d for d in right.report if d.code == "LINT005"]
+
+
+def test_marbles_tell_what_a_run_has_reported_in_japanese(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    book = moves(tmp_path, '| 触る | subscribe | "手をふる" | Gesture |\n')
+    api.run(book, api.RunSettings(seconds=3.0, fast=True, film=False, out=tmp_path / "out"))
+    drawn = repr(trace_scores(tmp_path / "out", "ja"))
+    assert "という身ぶりはありません。「手を振る」のことですか。" in drawn and "there is no gesture" not in drawn
 
 
 def test_a_japanese_print_of_an_english_workbook_has_only_its_own_words_in_english() -> None:
