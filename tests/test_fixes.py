@@ -321,6 +321,18 @@ def test_two_misspellings_of_one_name_in_one_cell_are_both_corrected(tmp_path):
     assert found == [] and changes[-1].new == "redBall.x + redBall.y"
 
 
+@pytest.mark.parametrize(
+    ("above", "name"),
+    [
+        ("", "Value for Say"),
+        ("| | Red ball | map | 1 | Value for Say |" + PRINT.replace("X", "Value for Say") + "\n", "Value for Say 2"),
+    ],
+)
+def test_an_actuator_as_output_gets_a_subscribe_row(above, name, tmp_path):
+    changes, found = fixed(f'{above}| | Chest button | map | "Hello" | Say |', tmp_path, "GRAPH007:add-subscribe-row")
+    assert found == [] and [c.new for c in changes] == [name, f"{name} | subscribe | Say"]
+
+
 def test_a_choice_without_an_id_is_the_only_fix(tmp_path):
     text = "| | Red ball | map | 1 | Score |\n| | Sce | subscribe | | Print |"
     changes, _ = fixed(text, tmp_path, "GRAPH001:")

@@ -89,6 +89,7 @@ def test_behaviours(at) -> None:
     assert at("T", "E2", "new name") == []
     assert at("T", "E2", " ") == ["Distance"], "named as the field"
     assert at("T", "E3", " ") == []
+    assert "Say" in at("T", "E5", "sa"), "which a fix sends to by a subscribe row"
     assert {"redBall.distance", "redBall.x"} <= {*at("T", "D2", " ")}
     assert at("T", "A2", "f") == ["FALSE"]
     assert at("T", "D2", '"redBall.') == []  # within a text

@@ -23,6 +23,7 @@ from rrp_sheets.help.topics import text_on
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
+from rrp_sheets.recording.marbles import trace_scores
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import DeviceType, load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
@@ -184,6 +185,36 @@ def test_a_misspelt_gesture_gets_the_right_one_proposed(tmp_path: Path, typed: s
     checked = api.check(moves(tmp_path, f'| 触る | subscribe | "{typed}" | Gesture |\n'))
     found = next(iter(checked.report))
     assert found.code == "LINT012" and f"did you mean {proposed}?" in str(found.message)
+
+
+@pytest.mark.parametrize(
+    ("compared", "fixed"),
+    [("身ぶりdone.値", "Wave"), ("身ぶりdone.value", "Wave"), ("身ぶりdone.完了 and 身ぶりdone.値", "Wave")],
+)
+def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(tmp_path: Path, compared: str, fixed: str) -> None:
+    row = '| 身ぶり done | filter | {} = "{}" | 終わり |\n| 終わり | subscribe | | Print |\n'
+    found = [d for d in api.check(moves(tmp_path, row.format(compared, "手を振る"))).report if d.code == "LINT005"]
+    assert [d.fixes[0].edits[0].text for d in found] == [f'{compared} = "{fixed}"']
+    assert f"own name, “{fixed}”" in str(found[0].message)
+    right = api.check(moves(tmp_path, row.format(compared, fixed)))
+    assert not [d for d in right.report if d.code == "LINT005"]
+
+
+def test_marbles_tell_what_a_run_has_reported_in_japanese(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    book = moves(tmp_path, '| 触る | subscribe | "手をふる" | Gesture |\n')
+    api.run(book, api.RunSettings(seconds=3.0, fast=True, film=False, out=tmp_path / "out"))
+    drawn = repr(trace_scores(tmp_path / "out", "ja"))
+    assert "という身ぶりはありません。「手を振る」のことですか。" in drawn and "there is no gesture" not in drawn
+
+
+def test_a_japanese_print_of_an_english_workbook_has_only_its_own_words_in_english() -> None:
+    pack = pack_of(bundled("workbooks", "greeter.xlsx"), language="ja")
+    cells = [cell for sheet in pack.sheets for row in sheet.rows for cell in row]
+    for shown in ("顔（Face）", "頻度（Rate）：2 Hz", "入ってくる", "位置 1.1, 0.15", "Mia"):
+        assert shown in cells
+    assert not {"enters", "leaves", "at 1.1, 0.15"} & set(cells)
+    assert "シート リスク" in [field.where for field in pack.missing]
 
 
 def test_a_gesture_without_quotes_is_put_into_them(tmp_path: Path) -> None:

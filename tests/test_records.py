@@ -50,7 +50,7 @@ def run(real: Path) -> str:
 @pytest.mark.slow
 def test_the_list_says_what_a_run_was(client: FlaskClient, run: str) -> None:
     text = get(client, "/runs").text
-    for expected in ("say-ball-colour-ja.xlsx", "P-07", "Aya", "Pilot: never data", "4.0 s", "time limit reached"):
+    for expected in ("say-ball-colour-ja.xlsx", "P-07", "Aya", "Pilot: never data", "4.0 s", "ended as planned"):
         assert expected in text
     assert f'href="/runs/{run}"' in text
 

@@ -47,9 +47,9 @@ ODD = {
     "stopped": ([HEADER, EVENT, END | {"ended": "stopped", "stopped_by": "Ken"}], "stopped by Ken", True),
     "by a row": ([HEADER, EVENT, END | {"ended": "end run", "by": "Tracking!9"}], "ended by the row Tracking!9", True),
     "wrong types": ([HEADER | {"name": [1], "began": 7, "mode": {}, "streams": 3}, END | {"events": 3, "errors": [1],
-                     "simulated_seconds": "x"}], "time limit reached", True),
+                     "simulated_seconds": "x"}], "ended as planned", True),
     "no streams": ([{"type": "header", "version": 1}, {"t": 0.1, "row": None, "happening": "note", "text": "Hm"}, END],
-                   "time limit reached", True),
+                   "ended as planned", True),
     "failures": ([HEADER, END | {"errors": {"Tracking!3": 1200, "Tracking!4": 1}}], "1,201 errors", True),
 }  # fmt: skip
 

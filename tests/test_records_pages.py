@@ -106,7 +106,7 @@ def test_the_shelf_searches_sorts_takes_files_and_gives_back(page: Any, folder: 
     page.get_by_role("link", name="last run").click()
     first = page.locator(".card").first
     expect(first.locator("h3")).to_have_text("ボールの色を言う")
-    expect(first.locator(".last-run")).to_contain_text("time limit reached")
+    expect(first.locator(".last-run")).to_contain_text("ended as planned")
     data = list(bundled("workbooks", "simple-tracking.xlsx").read_bytes())
     script = """(data) => {
       const files = new DataTransfer();

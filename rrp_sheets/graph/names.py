@@ -9,10 +9,11 @@ from typing import Any
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import meant
+from rrp_sheets.diagnostics.report import Fix, Insert, Put, meant
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, device_remedy, done_of
 from rrp_sheets.model.exchange import DONE
+from rrp_sheets.model.japanese import LETTERS
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row
 from rrp_sheets.robots import DeviceType, FoundDevice
@@ -177,7 +178,8 @@ class Names:
         is_actuator = declared is not None and declared.found.type.kind == "actuator"
         if declared is not None and (is_actuator or declared.address is not None):
             if row.on:
-                self.report.add("GRAPH007" if is_actuator else "GRAPH008", cell.address, name=cell.text)
+                fixes = [self._apart(row)] if is_actuator else []
+                self.report.add("GRAPH007" if is_actuator else "GRAPH008", cell.address, fixes=fixes, name=cell.text)
             return None
         first = self.rows[k]
         if first is not row and row.on and first.on:
@@ -185,6 +187,18 @@ class Names:
             self.report.add("GRAPH002", cell.address, name=name, first=other, second=str(cell.address))
             return None
         return self._ordinary(first.output, f"{self.sheet}!{k}")
+
+    def _apart(self, row: Row) -> Fix:
+        """Return the fix that names a row's output, and sends it to the actuator in a subscribe row below."""
+        at, actuator = row.output.address, row.output.text
+        name = f"{actuator}に送る値" if LETTERS.search(actuator) else f"Value for {actuator}"
+        names = (name, *(f"{name} {n}" for n in range(2, len(self.rows) + 3)))
+        free = next(n for n in names if key(n) not in self.rows and self.devices.find(n) is None)
+        cells = ((row.inputs_cell, free), (row.connector, "subscribe"), (row.output, actuator))
+        below = tuple((c.address.column, text) for c, text in cells)
+        title = N_("Name this output “{name}”, and send it to “{actuator}” in a new subscribe row", name=free,
+                   actuator=actuator)  # fmt: skip
+        return Fix("add-subscribe-row", title, (Put(at, free), Insert(at.sheet, at.row + 1, below)))
 
     def _actuator(self, cell: Cell, row: Row) -> str | None:
         if not cell:

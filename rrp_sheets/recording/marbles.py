@@ -52,7 +52,8 @@ def trace_scores(path: Path, language: str = "") -> list[MarbleDiagram]:
     ids = {stream_label(s): s.id for s in graph.streams.values()}
     sent = [e for e in events if isinstance(e, RecordedValue) and e.stream in ids]
     values = [(e.us, ids[e.stream], e.row, value_from_json(e.stream, e.value)) for e in sent]
-    errors = [(e.us, e.row, e.text) for e in events if not isinstance(e, RecordedValue) and e.kind == "error" and e.row]
+    failed = [e for e in events if not isinstance(e, RecordedValue) and e.kind == "error" and e.row]
+    errors = [(e.us, e.row, translate(as_message(e.text), language)) for e in failed]
     last = max((e.us for e in events), default=0)
     scores = [make_score(graph, b, values, errors, last, language) for b in graph.behaviours]
     shown = [score for score in scores if any(lane.marbles for lane in score.lanes)]

@@ -218,11 +218,11 @@ def length(seconds: float) -> str:
     ('8.2 s', '3:42 min', '1:06:40 h')
     """
     if seconds < 60:
-        return f"{seconds:.1f} s"
+        return N_("{s:.1f} s", s=seconds)
     whole = round(seconds)
     if whole < 3600:
-        return f"{whole // 60}:{whole % 60:02} min"
-    return f"{whole // 3600}:{whole % 3600 // 60:02}:{whole % 60:02} h"
+        return N_("{m}:{s:02d} min", m=whole // 60, s=whole % 60)
+    return N_("{h}:{m:02d}:{s:02d} h", h=whole // 3600, m=whole % 3600 // 60, s=whole % 60)
 
 
 def clock(seconds: float, digits: int = 1) -> str:
@@ -247,7 +247,7 @@ def ended(metadata: RunMetadata) -> str:
     by = who(metadata.ended_by)
     match metadata.ended:
         case "time":
-            return N_("time limit reached")
+            return N_("ended as planned")
         case "end run":
             return N_("ended by the row {row}", row=by) if by else N_("ended by a row")
         case "stopped":

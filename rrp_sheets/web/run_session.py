@@ -276,7 +276,7 @@ def rest_notice(summary: Summary, broken: RunBroken | None, by: str) -> JsonObje
     """
     at = clock(summary.simulated)
     endings = {
-        "time": N_("Time limit reached at {time}.", time=at),
+        "time": N_("Ended as planned at {time}.", time=at),
         "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=who(by), time=at),
         "end run": N_("Row {row} ended the run at {time}.", row=summary.ended_by, time=at),
     }

@@ -132,6 +132,7 @@ def lint_never_equal(context: LintContext) -> None:
             inputs = zip(formula.names[len(step.connector.extra) :], step.inputs, strict=False)
             known = {name: context.fact(stream).known for name, stream in inputs}
             collect(formula.tree, known, step.row.formula, step.ref in context.routes.dead)
+            _tell_translated(formula.tree, dict(zip(formula.names, step.inputs, strict=False)), step, context)
     for (cell, text, name, dead), values in found.items() if calls <= _MOST_CALLS else ():
         can = [c for known in values for c in known.choices or (0,)]
         texts = list(dict.fromkeys(c for c in can if isinstance(c, str)))
@@ -141,6 +142,20 @@ def lint_never_equal(context: LintContext) -> None:
             and text.casefold() not in map(str.casefold, texts)
         ):
             _tell_never_equal(cell, text, name, texts, dead, context)
+
+
+def _tell_translated(tree: ast.AST, streams: Mapping[str, str], step: Step, context: LintContext) -> None:
+    """Report Japanese texts compared with the value of a done stream, which has the robot's own word for them."""
+    for what, text in _texts_compared(tree):
+        if not isinstance(what, ast.Attribute) or not isinstance(what.value, ast.Name):
+            continue
+        done = context.graph.streams.get(streams.get(what.value.id, ""))
+        device = context.graph.streams[done.done_of].device if done and done.done_of else None
+        own = context.robot.standard(device.type.name, text) if device else text
+        if own != text and japanese.standard(japanese.FIELDS, key(what.attr)) == "value":
+            why = N_("a done stream has the robot’s own name, “{guess}”", guess=str(own))
+            dead = step.ref in context.routes.dead
+            _tell_never_equal(step.row.formula, text, what.attr, [str(own)], dead, context, why)
 
 
 def _texts_compared(tree: ast.AST) -> Iterator[tuple[ast.Name | ast.Attribute, str]]:
@@ -161,12 +176,14 @@ def _texts_compared(tree: ast.AST) -> Iterator[tuple[ast.Name | ast.Attribute, s
                 yield what, fixed
 
 
-def _tell_never_equal(cell: Cell, text: str, name: str, can: Sequence[str], dead: bool, context: LintContext) -> None:
+def _tell_never_equal(
+    cell: Cell, text: str, name: str, can: Sequence[str], dead: bool, context: LintContext, why: str = ""
+) -> None:
     own = (japanese.standard(words, text) for words in japanese.CHOICES.values())
-    guess = next((one for one in own if one in can), None) or nearest(text, can)
+    guess = can[0] if why else next((one for one in own if one in can), None) or nearest(text, can)
     remedy = meant(guess, N_("Compare it with the values that its input can have."), quoted=True)["remedy"]
     values = listed([N_("“{text}”", text=one) for one in can[:_SHOWN]], "or")
-    why = N_("“{name}” can only be {values}, so this never matches", name=name, values=values)
+    why = why or N_("“{name}” can only be {values}, so this never matches", name=name, values=values)
     what = NEVER_PASSES if dead else N_("“{text}” never occurs", text=text)
     fixes = _corrected(cell, text, guess) if guess else ()
     context.report.add("LINT005", cell.address, what=what, why=why, remedy=remedy, fixes=fixes)

@@ -12,6 +12,7 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.model.workbook import Behaviour
@@ -27,6 +28,7 @@ from rrp_sheets.robots import Setting
 from rrp_sheets.robots.catalogue import DeviceWords
 from rrp_sheets.texts import capital, translate
 from rrp_sheets.workbook import Reading
+from rrp_sheets.workbook.schema import FIELDS
 
 MOST_FINDINGS = 300
 MOST_ROWS = 500  # of a table
@@ -120,7 +122,9 @@ def _own_sheet(
 
 
 def _run(source: Source) -> Sheet:
-    rows = [(study.field_label(source, n), text) for n in study.RUN if (text := clean(source.protocol(n)))]
+    given = {n: text for n in study.RUN if (text := clean(source.protocol(n)))}
+    language = source.words.language
+    rows = [(study.field_label(source, n), FIELDS[key(n)].shown(text, language)) for n, text in given.items()]
     return _own_sheet(source, "run", {"name": 1, "value": 3}, rows)
 
 
@@ -132,13 +136,20 @@ def _devices(source: Source) -> Sheet:
         if stream.device is None:
             continue
         kind = stream.device.type
-        words = kind.words(source.words.language)
+        words, language = kind.words(source.words.language), source.words.language
         settings = []
         for name, setting in kind.settings.items():
             if (value := stream.settings.get(name)) not in (None, "", False):
                 shown = _value(source, value, setting, words)
-                settings.append(source.get("material.setting", name=words.setting(setting.name), value=shown))
-        rows.append((clean(stream.name), clean(stream.device.name), clean("; ".join(settings))))
+                settings.append(
+                    source.get(
+                        "material.setting",
+                        name=japanese.in_both(japanese.SETTINGS, setting.name, language),
+                        value=shown,
+                    )
+                )
+        device = japanese.in_both({words.title or stream.device.name: stream.device.name}, stream.device.name, language)
+        rows.append((clean(stream.name), clean(device), clean("; ".join(settings))))
     return _own_sheet(source, "devices", {"stream": 1, "device": 1, "settings": 2}, rows)
 
 
@@ -189,6 +200,11 @@ def _gestures(source: Source) -> Sheet:
 def _scene(source: Source) -> Sheet:
     scene = source.checked.workbook.scene or ()
     rows = [[clean(cell.text) for cell in (r.time, r.thing, r.does, r.value)] for r in scene]
+    if source.words.language == "ja":
+        for row in rows:
+            free = key(row[2]) in japanese.FREE
+            row[1:] = japanese.japanese_thing(row[1]), row[2], row[3] if free else japanese.japanese_value(row[3])
+            row[2] = japanese.japanese(japanese.VERBS, [row[2]])[0]
     columns = {"time": 1, "thing": 1, "does": 1, "value": 2}
     return _own_sheet(source, "scene", columns, rows, note=source.get("material.scene_note"))
 

@@ -10,7 +10,7 @@ from rrp_sheets.render.pack.model import Labelled, MissingField, RiskLine
 from rrp_sheets.render.pack.source import Source
 from rrp_sheets.render.style import clean
 from rrp_sheets.texts import translate
-from rrp_sheets.workbook.schema import FIELDS, PROTOCOL, RISKS
+from rrp_sheets.workbook.schema import FIELDS, title_of
 
 STUDY = (
     "Research question", "Design", "Measures", "Participants", "Why these participants", "Number of participants",
@@ -72,7 +72,7 @@ def missing(source: Source) -> tuple[MissingField, ...]:
     if not study.is_demonstration and (left := len(study.unnamed_risks())):
         own = study.workbook.risks
         where = get("missing.risks", sheet=clean(own.address.sheet)) if own else ""
-        where = where or get("missing.risks_sheet", sheet=RISKS.title)
+        where = where or get("missing.risks_sheet", sheet=title_of("risks", source.words.language))
         found.append(MissingField(source.count("missing.risk", left), where))
     return tuple(found)
 
@@ -80,7 +80,7 @@ def missing(source: Source) -> tuple[MissingField, ...]:
 def missing_where(source: Source) -> str:
     """Return in which sheet the missing fields belong."""
     end = source.checked.workbook.protocol.end
-    return source.get("missing.where", sheet=clean(end.sheet) if end else PROTOCOL.title)
+    return source.get("missing.where", sheet=clean(end.sheet) if end else title_of("protocol", source.words.language))
 
 
 def missing_note(source: Source, lacks: int) -> str:

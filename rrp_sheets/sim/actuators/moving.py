@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from rrp_sheets.model import japanese
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
@@ -274,7 +275,11 @@ def proposal(name: str, names: Sequence[str]) -> str:
 
     >>> proposal("Wve", ["Nod", "Wave"]), proposal("Zzz", ["Nod", "Wave"])
     ('Did you mean Wave?', 'There are: Nod, Wave.')
+    >>> proposal("手をふる", ["Nod", "Wave"])
+    'Did you mean 手を振る?'
     """
+    if japanese.LETTERS.search(name):
+        names = japanese.japanese(japanese.MOVES, names)
     guess = nearest(name, names)
     return N_("Did you mean {guess}?", guess=guess) if guess else N_("There are: {names}.", names=", ".join(names))
 

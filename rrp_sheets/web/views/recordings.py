@@ -14,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.recording import exporting
 from rrp_sheets.recording.folder import describe
-from rrp_sheets.recording.metadata import EXACT, RunMetadata, clock, length, newest_first
+from rrp_sheets.recording.metadata import EXACT, RunMetadata, clock, length, newest_first, who
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import both, error_text, show
 from rrp_sheets.web.requests import page_language, rows_asked, run_or_404, seconds_of
@@ -381,7 +381,9 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
         text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=until)
     elif float(entry["until"]) > t:
         text = N_("{text} (until {time})", text=text.rstrip(".。"), time=until)
-    return LogLine(t, clock(t, EXACT), kind, word, icon, text, *(str(entry[name]) for name in ("row", "by", "sound")))
+    return LogLine(
+        t, clock(t, EXACT), kind, word, icon, text, str(entry["row"]), who(str(entry["by"])), str(entry["sound"])
+    )
 
 
 def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, str, int], ...]:

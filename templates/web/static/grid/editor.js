@@ -410,7 +410,12 @@ function suggest(words, where, before, text) {
     const [actuators, joints] = simple(words.actuators);
     return grouped(pick([...actuators, ...chosen(words, "actuator"), ...joints], text, 0, true));
   }
-  if (kind === "output") return { ...pick(proposed(words, where), text, 0, true), sure: false, names: [] };
+  if (kind === "output") {
+    const actuators = text.trim() ? simple(words.actuators).flat().map(({ help, ...word }) => ({ ...word, does: help })) : []; // found by their names alone
+    const { items, ...found } = pick([...proposed(words, where), ...actuators], text, 0, true);
+    const told = items.map(({ does, ...word }) => (does === undefined ? word : { ...word, help: t("Only a subscribe row can control it. {help}", { help: does }) }));
+    return { ...found, items: told, sure: false, names: [] };
+  }
   const other = inCell(words, where, before, text);
   if (other) return other;
   const choices = {

@@ -1,5 +1,6 @@
 // The events of a run besides its values: as ticks over the time, as a list, and as sounds while it plays.
 
+import { shownName } from "../../api.js";
 import { icon, make } from "../../elements.js";
 import { clock, EXACT } from "../../run/time.js";
 import { t } from "../../texts.js";
@@ -19,7 +20,7 @@ const ORDER = ["error", "mark", "edit", "warning", "hand", "say", "person", "not
 const of = (kind) => KINDS[kind] ?? ["note", "mark", kind];
 
 const words = ({ kind, text, row, by, times }) => [
-  t("{what}: {text}", { what: of(kind)[2], text }), by && t("by {name}", { name: by }), row && `(${row})`, times > 1 && t("{n} times", { n: times }),
+  t("{what}: {text}", { what: of(kind)[2], text }), by && t("by {name}", { name: shownName(by) }), row && `(${row})`, times > 1 && t("{n} times", { n: times }),
 ].filter(Boolean).join(" ");
 
 export class Moments {
@@ -37,7 +38,7 @@ export class Moments {
 
   item(moment) {
     const [group, sign, word] = of(moment.kind);
-    const more = [moment.by && t("by {name}", { name: moment.by }), moment.row, moment.times > 1 && t("{n} times", { n: moment.times })].filter(Boolean);
+    const more = [moment.by && t("by {name}", { name: shownName(moment.by) }), moment.row, moment.times > 1 && t("{n} times", { n: moment.times })].filter(Boolean);
     const what = make("span", {}, make("b", { textContent: `${word} ` }), moment.text, make("small", { textContent: more.map((part) => ` ${part}`).join(",") }));
     const button = make("button", { type: "button" }, make("time", { textContent: clock(moment.t, EXACT) }), icon(sign), what);
     button.addEventListener("click", () => this.go(moment.t));
