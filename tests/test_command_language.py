@@ -298,4 +298,4 @@ def test_lists_of_japanese_texts_align(folder: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("LC_ALL", "ja_JP.UTF-8")
     lines = run("runs", ".")[1].splitlines()
     assert lines[0].startswith("日時") and len(lines) == 3
-    assert len({columns(line[: line.index("8.0 s")]) for line in lines[1:]}) == 1
+    assert len({columns(line[: line.index("8.0秒")]) for line in lines[1:]}) == 1

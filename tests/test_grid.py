@@ -81,6 +81,7 @@ def test_delete_undo_and_redo_tell_what_and_lead_there(grid) -> None:
     grid.press("Control+z")
     grid.status("Undone: F3 is “near” again.")
     becomes(lambda: grid.here, "F3")
+    grid.page.locator("#counts").click()  # as anywhere but in a field
     grid.press("Control+y")
     grid.status("Redone: F3 is “far away” again.")
     grid.go("A3")

@@ -279,7 +279,9 @@ def test_faces_that_are_kept_are_disclosed(tmp_path):
 def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(tmp_path):
     pack = pack_of(workbook(tmp_path, "| Red ball | map | redBall.distance | Distance | |\n"))
     told = " ".join(line.text for line in pack.kept)
-    assert "It sends nothing over the network, with one exception: somebody starts it with rrp-sheets serve" in told
+    assert (
+        "It sends nothing over the network, unless somebody starts it for several computers (rrp-sheets serve" in told
+    )
     assert "the screen can show what the camera sees" in told
     assert any(line.startswith("change the formulas of rows") for line in pack.always)
     assert "the connection is not encrypted" in told and "from the joint angles" in told

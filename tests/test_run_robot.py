@@ -28,6 +28,7 @@ import numpy as np
 import panel as sessions
 from panel import ended, run, trace
 from PIL import Image
+from playwright.sync_api import expect
 from run_panel import BOOK, Panel
 
 from rrp_sheets import api
@@ -253,13 +254,13 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     hint, head = page.locator("#touch-hint"), page.get_by_role("button", name="Touch: Head")
     page.mouse.move(1, 1)
     becomes(hint.inner_text, "Click the robot to touch it")
-    assert {one.get_attribute("aria-describedby") for one in (canvas, head)} == {"touch-hint"}
+    becomes(lambda: {one.get_attribute("aria-describedby") for one in (canvas, head)}, {"touch-hint"})
     head.focus()
     becomes(hint.inner_text, "Head: click to touch, hold to keep touching")
     head.blur()
     page.mouse.move(*middle("Chest"))
     becomes(hint.inner_text, "Chest: click to touch, hold to keep touching")
-    assert canvas.evaluate("canvas => getComputedStyle(canvas).cursor") == "pointer"
+    becomes(lambda: canvas.evaluate("canvas => getComputedStyle(canvas).cursor"), "pointer")
     for zone in ("Head", "Chest", "Left hand", "Right foot"):
         until(page, lambda zone=zone: told(lambda: click(zone)) == [f"{zone} once"])
     asked.clear()
@@ -283,7 +284,7 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     until(page, lambda: told(look_around) == ["Head once"])  # a drag touches nothing
     panel.run("ended")
     becomes(lambda: page.locator(".zone:enabled").count(), 0)
-    assert hint.is_hidden()
+    expect(hint).to_be_hidden()
     panel.run()
     canvas.press("0")
     page.unroute("**/run/touch")

@@ -77,6 +77,10 @@ export const COMMANDS = [
   { name: "uncomment", at: "row", keys: ["Ctrl+."], when: ({ comments }) => comments.can(), run: ({ comments }) => comments.uncomment() },
   { name: "undo", told: "Ctrl + Z, Ctrl + Y", help: "undoes the last change, redoes it", at: "cell", keys: ["Ctrl+z"], run: (grid) => grid.undo() },
   { name: "redo", at: "cell", keys: ["Ctrl+y", "Ctrl+Shift+z"], run: (grid) => grid.redo() },
+  { at: "page", keys: ["Ctrl+z"], when: elsewhere, run: (grid) => grid.undo() },
+  { at: "page", keys: ["Ctrl+y", "Ctrl+Shift+z"], when: elsewhere, run: (grid) => grid.redo() },
+  { told: "Ctrl + S", help: "is not needed: everything that you enter is saved at once",
+    at: "page", keys: ["Ctrl+s"], run: (grid) => grid.say(t("Everything that you enter is saved at once.")) },
 
   { section: "Copying", told: "Ctrl + C, X, V", help: "copies, cuts, pastes, also from and to Excel and LibreOffice" }, // the browser's own: clipboard.js
   { name: "cut", label: t("Cut"), keys: ["Ctrl+x"], run: ({ clipboard }) => clipboard.cut() },
@@ -85,7 +89,7 @@ export const COMMANDS = [
   { name: "fillDown", label: t("Fill down"), told: "Ctrl + D, Ctrl + R", help: "fills the selection with its first row, its first column; a single cell with the one above, at the left",
     at: "cell", keys: ["Ctrl+d"], run: (grid) => grid.fill() },
   { name: "fillRight", label: t("Fill right"), at: "cell", keys: ["Ctrl+r"], run: (grid) => grid.fill(true) },
-  { name: "find", told: "Ctrl + F", help: "finds and replaces", at: "cell", keys: ["Ctrl+f"], run: ({ finder }) => finder.open() },
+  { name: "find", told: "Ctrl + F, Ctrl + H", help: "finds and replaces", at: "cell", keys: ["Ctrl+f", "Ctrl+h"], run: ({ finder }) => finder.open() },
 
   { section: "Rows and columns", name: "insertAbove", label: t("Insert above"), told: "Ctrl + Plus, Ctrl + Minus", help: "inserts, deletes the selected rows",
     at: "cell", keys: ["Ctrl++"], run: ({ rows }) => rows.insert() },
@@ -131,6 +135,11 @@ export const COMMANDS = [
   { told: "Ctrl + 1 to 8", help: "choose what is shown below the rows", at: "views", keys: [..."12345678"].map((key) => `Ctrl+${key}`),
     when: (tabs, { key }) => Number(key) <= tabs.length && !document.querySelector("dialog[open]"), run: (tabs, { key }) => tabs[Number(key) - 1].click() },
 ];
+
+// a field has its own undo, and the grid's cells have it above
+function elsewhere(grid, { target }) {
+  return !target.closest?.(TYPED);
+}
 
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const COLUMN = ["fitColumn", "filter", "filterAgain", "showAll"];

@@ -162,7 +162,7 @@ export function status(text, kind = "told", acts = []) {
   line.textContent = text;
   for (const name of ["warning", "error"]) line.classList.toggle(`is-${name}`, name === kind);
   button.hidden = kind === "told" || !text;
-  left = SHOWN_MS[kind] + LETTER_MS * text.length;
+  left = acts.length ? Infinity : SHOWN_MS[kind] + LETTER_MS * text.length; // what can be pressed stays until something else is done
   since = Date.now();
   go();
 }
@@ -172,9 +172,9 @@ export function over(text) {
   if (line && text && line.textContent === text) clear();
 }
 
-/** Something else was done: an error has been seen by then, or soon. */
+/** Something else was done: an error, or what could be pressed, has been seen by then, or soon. */
 export function done() {
-  if (!line?.classList.contains("is-error") || left !== Infinity) return;
+  if (!line?.textContent || left !== Infinity) return;
   left = ERROR_STAYS_MS;
   go();
 }
