@@ -16,7 +16,7 @@ class Labelled:
 
 @dataclass(frozen=True)
 class MissingField:
-    """What boards ask for and the workbook does not say: its name in words, where to fill it in, how many it is."""
+    """Something that boards ask for and the workbook lacks: its name in words, where to fill it in, how many it is."""
 
     name: str
     where: str
