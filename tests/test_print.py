@@ -282,7 +282,7 @@ def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(
     assert "the screen can show the picture of the simulated camera" in told
     assert any(line.startswith("change the formulas of rows") for line in pack.always)
     assert "the connection is not encrypted" in told and "from the joint angles" in told
-    assert "a changed formula leaves this protocol" in pack.summary
+    assert "A changed formula leaves this protocol" in pack.summary
 
 
 def test_one_of_several_buttons_is_enough_and_a_face_is_followed(tmp_path):
