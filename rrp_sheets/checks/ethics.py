@@ -181,7 +181,7 @@ class Study:
         volume = max(volumes, default=100)
         limit = (
             N_("The volume is {volume:g} % at most.", volume=volume) if volume < 100
-            else N_("The rows use the full volume (100 %). State a lower one in the sheet Devices.")
+            else N_("The rows use the full volume (100 %). Set a lower one in the sheet Devices.")
         )  # fmt: skip
         return (
             N_("Startled by the robot's voice or by a sound"), self._whom,
