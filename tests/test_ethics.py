@@ -92,7 +92,7 @@ def test_touch_contradicts_a_distance_and_the_chest_is_the_power_button(tmp_path
 def test_proposals_promise_nothing_that_the_workbook_does_not_say(tmp_path):
     texts = [str(r.texts[3]) for r in api.check(bundled("workbooks", "touch-and-name.xlsx")).study.proposed_risks()]
     assert not [text for text in texts if "should" not in text and "State another measure" not in text]
-    assert not [text for text in texts if "100 %" in text]
+    assert any("full volume (100 %)" in text for text in texts)
 
 
 def test_proposals_name_volume_buttons_and_children(tmp_path):
@@ -201,7 +201,9 @@ def test_fix_adds_the_fields_that_boards_ask_for(tmp_path):
     code, _ = run("check", path, "--fix", tmp_path / "more.md", "--apply", "PROT014:add-fields")
     assert code == 0
     fields = read(tmp_path / "more.md").workbook.protocol.fields
-    assert {"assent", "benefits", "recruitment", "encryption", "lawfulbasis"} <= set(fields)
+    assert {"assent", "benefits", "recruitment", "encryption", "lawfulbasisandimpactassessment", "codekey"} <= set(
+        fields
+    )
     assert "debriefing" not in fields
     assert not [d for d in api.check(tmp_path / "more.md").report if d.code == "PROT014"]
     assert finding.severity.value == "info"
@@ -219,10 +221,39 @@ def test_first_page_lists_what_is_missing_with_its_place(tmp_path):
     pack = pack_of(path)
     assert lacks(pack)["Benefits"] == "row 4" and lacks(pack)["Assent"] == ""
     assert lacks(pack)["5 risks that the rows bring"] == "sheet Risks"
-    assert [n.text for n in pack.numbers if n.label == "points open"] == [str(len(pack.missing))]
+    assert [n.text for n in pack.numbers if n.label == "points open"] == [
+        str(len(pack.missing) + 4)
+    ]  # each risk counts
     filled = "".join(f"| {field.name} | Said |\n" for field in FIELDS.values() if field.asked and not field.closed)
     whole = workbook(tmp_path, LOOKS, "whole.md", protocol=filled + "| Robot in sessions | real |\n")
-    assert list(lacks(pack_of(whole))) == ["5 risks that the rows bring"]
+    complete = pack_of(whole)
+    assert list(lacks(complete)) == ["5 risks that the rows bring", "Risks of the task"]
+    assert complete.missing_note.startswith("6 things") and complete.status
+
+
+@pytest.mark.parametrize(
+    ("risks", "missing"),
+    [(["Fingers are pinched"], True), (["Fingers are pinched", "Pinched skin from the exercise band"], False),
+     (["Falls and pain during the exercises"], False)],
+)  # fmt: skip
+def test_risks_of_the_task_are_missing_until_a_row_is_no_proposal(tmp_path, risks, missing):
+    rest = RISKS + "".join(f"| {risk} | All | Possible | Care | The operator |\n" for risk in risks)
+    pack = pack_of(workbook(tmp_path, LOOKS, rest=rest, protocol="| Participants | Adults |"))
+    assert ("Risks of the task" in lacks(pack)) == missing
+    assert ("only the risks of the robot" in pack.risks_note) == missing
+
+
+@pytest.mark.parametrize("complete", [True, False])
+def test_incomplete_protocol_is_a_draft_that_no_board_signs(tmp_path, complete):
+    filled = "".join(f"| {field.name} | Said |\n" for field in FIELDS.values() if field.asked and not field.closed)
+    protocol = filled + "| Robot in sessions | simulated |\n" if complete else "| Participants | Adults |"
+    rows = "| Red ball | map | redBall.distance | Near | |\n"
+    rest = RISKS + "| A child trips over a toy | Child | Possible | Tidy up | The operator |\n"
+    path = workbook(tmp_path, rows, rest=rest, protocol=f"{protocol.strip()}\n{NOT_KEPT}")
+    pack = pack_of(path)
+    assert (not pack.missing) == complete == (not pack.status) == ("For the ethics board" in pack.signatures)
+    pages = texts_of(read_pdf(make(path, today=DAY).data))
+    assert all("DRAFT" in page for page in pages) != complete
 
 
 @pytest.mark.slow
@@ -241,13 +272,13 @@ def test_list_of_what_is_missing_and_who_is_met_stand_on_the_first_page(name, la
 @pytest.mark.parametrize(
     ("field", "said", "mode"),
     [
-        ("", "Not stated yet", "PRINTED FROM A SIMULATION"),
-        ("", "The approval of a real robot needs a new print.", "PRINTED FROM A SIMULATION"),
-        ("simulated", "Participants see it on a screen", "PRINTED FROM A SIMULATION"),
+        ("", "Not stated yet", "TRIED IN SIMULATION ONLY"),
+        ("", "The approval of a real robot needs a new print.", "TRIED IN SIMULATION ONLY"),
+        ("simulated", "Participants see it on a screen", "TRIED IN SIMULATION ONLY"),
         (
             "real",
             "A real NAO in the room. With this version of the program nobody can meet it",
-            "PRINTED FROM A SIMULATION, REAL ROBOT PLANNED",
+            "TRIED IN SIMULATION ONLY, REAL ROBOT PLANNED",
         ),
     ],
 )

@@ -93,7 +93,7 @@ def test_conditions(wording, formula, words):
         ("INDEX(Parts; distance)", "the row of “Parts” at position “Distance”"),
         ("INDEX(Parts[Say]; it)", "the value “Say” in the row of “Parts” at this position"),
         ("XLOOKUP(ball.colour; Parts[Name]; Parts)", "the row of “Parts” whose “Name” is the colour of “Ball”"),
-        ("PICK(praise)", "a random entry of “praise”"),
+        ("PICK(praise)", "a random entry of “praise”, each once before any comes again"),
         ('"I see a " & it.colour & " ball"', "the words “I see a ‹colour of Ball› ball”"),
         ('f"{distance} m"', "the words “‹Distance› m”"),
         ('"So " & howFar(ball.distance)', "the words “So ‹how far(distance of Ball)›”"),

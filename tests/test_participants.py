@@ -13,7 +13,7 @@ from typed import run
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.render.pack import Print
-from rrp_sheets.render.pack.participants import ParticipantSheet, make_sheet
+from rrp_sheets.render.pack.participants import BLANK, ParticipantSheet, make_sheet
 from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
@@ -90,6 +90,8 @@ def test_reading_grade_is_measured_as_known_texts_have_it():
 
 def test_every_sentence_can_be_read_at_nine_years():
     entries = {n: t for n, t in texts("en").entries.items() if n.startswith("participants.") and t.endswith((".", "?"))}
+    adults = {n: entries.pop(n) for n in [*entries] if ".adult_" in n}
+    assert adults and {n: text for n, text in adults.items() if grade(text) > 8} == {}
     whole = " ".join(text.format_map({"robot": "NAO", "cm": "57", "text": "us"}) for text in entries.values())
     assert grade(whole) <= 3
     hard = {n: text for n, text in entries.items() if grade(text) > 6}
@@ -99,7 +101,18 @@ def test_every_sentence_can_be_read_at_nine_years():
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_sheet_of_every_workbook_reads_as_grade_six_at_most(name):
     sheet = sheet_of(bundled("workbooks", f"{name}.xlsx"))
-    theirs = ("You can also ask", "We are", "How often", "Who can see")
+    theirs = (
+        "You can also ask",
+        "We are",
+        "How often",
+        "Who can see",
+        "How long we",
+        "If you say no",
+        "If you stop later",
+        "This is what",
+        "What it is for",
+        "The buttons",
+    )
     lines = [line for p in (sheet.intro, *sheet.parts) for line in p.sentences if not line.startswith(theirs)]
     assert grade(" ".join(lines)) <= 6
     assert re.findall(rf"\b(?:{PROGRAM_WORDS})s?\b", " ".join(lines), re.IGNORECASE) == []
@@ -117,19 +130,21 @@ def test_everything_that_rows_do_is_said(everything):
         "It notices a bump at its feet.", "It notices when you push the button on its chest.",
         "It notices how far away you are.", "It listens for some words.",
         "It learns your face. It will still know your face next time.",
-        "We can see on a screen what is in front of its eyes.",
+        "We can see what its camera sees.",
     )  # fmt: skip
     assert part(sheet, "What do we keep?") == (
         "We write down what the robot does, and when.", "We write down where you touch it.",
         "We write down which words the robot hears.", "We do not keep your voice.",
         "We keep pictures from its camera. You may be in them.", "We keep your face as a list of numbers.",
         "We keep a film of the robot. You are not in it.",
-        "A person may push a button for what you do. We write that down.", "We use a code, not your name.",
-        "Who can see this: Dr Tanaka.",
+        "We write down which buttons a person pushes.", "We use a code, not your name.",
+        "Who can see this: Dr Tanaka.", f"How long we keep it: {BLANK}.",
+        f"If you say no later: {BLANK}.",
     )  # fmt: skip
     assert part(sheet, "What do you do?") == (
-        "You sit or stand near the robot.", "You can touch it when it asks you.", "You can talk to it.",
-        "Hands off while it moves.", "How often, how long: Twice, 10 min.",
+        f"This is what you do: {BLANK}.", "You sit or stand near the robot.", "You can touch it when it asks you.", "You can talk to it.",
+        "Hands off while it moves.", "It may be loud.", "You may get tired, or not like it. Then tell us.",
+        "How often, how long: Twice, 10 min.",
     )  # fmt: skip
     assert part(sheet, "Does it get help?") and "It is in the room with you." in sheet.intro.sentences
     assert "57 cm" in sheet.intro.sentences[-1]
@@ -143,19 +158,20 @@ def test_every_sensor_of_the_robot_has_its_sentence(tmp_path, sensor):
 
 
 def test_a_quiet_robot_is_said_to_be_quiet(tmp_path):
-    sheet = sheet_of(workbook(tmp_path, "| Touch | map | touch.zone | Zone | |\n"))
+    rows = "| Touch | map | touch.zone | Zone | |\n"
+    sheet = sheet_of(workbook(tmp_path, rows, protocol="| Robot in sessions | real |"))
     assert part(sheet, "What does it do?") == ("It does not move or talk.",)
     assert part(sheet, "What does it see and hear?") == (
-        "It notices when you touch it.", "It cannot see you.", "We can see on a screen what is in front of its eyes.",
-        "It cannot hear you.",
+        "It notices when you touch it.", "It does not look at you.", "We can see what its camera sees.",
+        "It does not listen to you.",
     )  # fmt: skip
     assert part(sheet, "Does it get help?") == ()
 
 
 def test_how_to_stop_and_that_one_may_say_no_is_always_said(tmp_path):
     sheet = sheet_of(workbook(tmp_path, "| Touch | map | touch.zone | Zone | |\n"))
-    assert "walk away" in part(sheet, "How can you stop?")[0]
-    assert part(sheet, "You choose")[0] == "You can say yes or no."
+    assert "walk away" in part(sheet, "How can you stop? (to confirm)")[0]
+    assert part(sheet, "You choose (to confirm)")[0] == "You can say yes or no."
 
 
 def test_simulated_robot_is_on_a_screen_and_nobody_is_in_its_film(tmp_path):
@@ -164,6 +180,41 @@ def test_simulated_robot_is_on_a_screen_and_nobody_is_in_its_film(tmp_path):
     )
     assert "You see it on a screen." in sheet.intro.sentences
     assert "We keep a film of the robot. You are not in it." in part(sheet, "What do we keep?")
+
+
+@pytest.mark.parametrize("field", ["", "simulated", "real"])
+def test_robot_is_in_the_room_only_when_the_protocol_says_so(tmp_path, field):
+    path = workbook(tmp_path, EVERYTHING, rest=ITS_DEVICES, protocol=FIELDS.replace("| real |", f"| {field} |"))
+    sheet = sheet_of(path)
+    whole = " ".join(line for p in (sheet.intro, *sheet.parts) for line in p.sentences)
+    for said in ("You sit or stand near", "Hands off", "You can talk to it", "It listens for", "It bends its knees"):
+        assert (said in whole) == (field == "real")
+    assert ("☐ on a screen, ☐ in the room" in whole) == (not field)
+    assert ("It cannot see or hear you." in whole) == (field == "simulated")
+
+
+def test_adults_read_words_for_adults_with_task_and_purpose(tmp_path):
+    protocol = "| Participants | Adults |\n| Purpose | Light exercises |\n| What participants do | You lift your arms |"
+    sheet = sheet_of(workbook(tmp_path, "| Red ball | subscribe | | Head tracker | |\n", protocol=protocol))
+    whole = " ".join(line for p in (sheet.intro, *sheet.parts) for line in p.sentences)
+    assert "This is what you do: You lift your arms." in whole and "What it is for: Light exercises." in whole
+    assert "cross with you" not in whole and "shake your head" not in whole
+    assert sheet.mark == "Name and signature:" and "☐ yes" in sheet.agree and sheet.date
+
+
+def test_blank_fields_are_places_to_fill_in_by_hand(tmp_path):
+    sheet = sheet_of(workbook(tmp_path, "| Touch | subscribe | | Print | |\n", protocol="| Participants | Children |"))
+    blank = [line for p in (sheet.intro, *sheet.parts) for line in p.sentences if BLANK in line]
+    for start in (
+        "We are",
+        "This is what",
+        "How often",
+        "Who can see",
+        "How long",
+        "If you say no",
+        "You can also ask",
+    ):
+        assert any(line.startswith(start) for line in blank)
 
 
 @pytest.mark.parametrize(
@@ -187,7 +238,7 @@ def test_who_prints_is_told_what_the_sheet_lacks(tmp_path):
     ("protocol", "status"),
     [
         ("| Participants | Adults |", "DRAFT: not all is decided yet"),
-        ("| Participants | Adults |\n| Withdrawal | At any time |", ""),
+        ("| Participants | Adults |\n| Withdrawal | At any time |\n| Consent | In writing |", ""),
         ("| Participants | Children |\n| Withdrawal | At any time |", "DRAFT: not all is decided yet"),
         ("| Participants | Nobody |", ""),
     ],
@@ -227,7 +278,7 @@ def measured(data: bytes) -> tuple[int, float, str]:
 def test_the_fullest_sheet_is_one_page_of_large_type(everything, language, paper):
     printed = make_for_participants(everything, language=language, paper=paper, today=DAY)
     pages, smallest, text = measured(printed.data)
-    assert pages == 1 and smallest >= 13.99
+    assert pages == 1 and smallest >= 12.99
     assert "aiko@example.org" in text.replace(" ", "")
     assert "1.0 · 2026-11-21" in text
 
@@ -238,7 +289,7 @@ def test_sheet_of_every_workbook_is_one_page(name):
     for language, paper in (("en", "letter"), ("ja", "a4")):
         printed = make_for_participants(bundled("workbooks", f"{name}.xlsx"), language=language, paper=paper, today=DAY)
         pages, smallest, _ = measured(printed.data)
-        assert pages == 1 and smallest >= 13.99
+        assert pages == 1 and smallest >= 12.99
 
 
 def test_long_and_hostile_contacts_keep_it_on_one_page(tmp_path):

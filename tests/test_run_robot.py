@@ -212,7 +212,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         panel.still()
         assert (np.abs(still - panel.picture()).sum(axis=2) > 60).mean() > 0.02
     assert not puts
-    becomes(caption.inner_text, "During a run you can drag objects to move them. Drag elsewhere to look around")
+    becomes(caption.inner_text, "Drag to look around. In a run, drag objects too")
     page.unroute("**/run/put")
     panel.run()
     canvas.press("0")

@@ -161,6 +161,13 @@ class Study:
         named = [row.risk.text.casefold() for row in rows]
         return [risk for risk in self.proposed_risks() if not any(_NAMED[risk.kind].search(text) for text in named)]
 
+    def states_task_risks(self) -> bool:
+        """Return whether the sheet Risks has a row besides those that name the proposed risks, each by its first."""
+        rows = [row.risk.text.casefold() for row in self.workbook.risks.rows] if self.workbook.risks else []
+        named = {next((i for i, text in enumerate(rows) if _NAMED[r.kind].search(text)), -1)
+                 for r in self.proposed_risks()} - {-1}  # fmt: skip
+        return sum(map(bool, rows)) > len(named)
+
     # ---- the risks, one by one
     @property
     def _whom(self) -> str:
@@ -172,12 +179,14 @@ class Study:
             return None
         volumes = [v for s in voices if isinstance(v := s.settings.get("volume"), (int, float))]
         volume = max(volumes, default=100)
-        limit = N_("The volume is {volume:g} % at most.", volume=volume) if volume < 100 else ""
+        limit = (
+            N_("The volume is {volume:g} % at most.", volume=volume) if volume < 100
+            else N_("The rows use the full volume (100 %). Set a lower one in the sheet Devices.")
+        )  # fmt: skip
         return (
             N_("Startled by the robot's voice or by a sound"), self._whom,
             N_("Possible, most of all at the first sentence or sound"),
-            sentences(limit, N_("The loudspeaker should be set before the session, and the voice heard once, quietly, "
-                                "before it begins.")),
+            sentences(limit, N_("The voice should be heard once at this volume before the session begins.")),
             N_("The operator presses Stop when somebody covers the ears, cries or wants to leave."),
         )  # fmt: skip
 
@@ -186,7 +195,7 @@ class Study:
             return None
         likely = (
             N_("Possible: people touch the robot, and it moves then") if self.is_touched
-            else N_("Unlikely at a distance, possible when somebody touches the robot while it moves")
+            else N_("Possible when somebody is near the robot or touches it while it moves")
         )  # fmt: skip
         moving = dict[str, list[str]]()
         for step in self._starting:
@@ -196,7 +205,7 @@ class Study:
         reduces = (
             N_("The robot asks to be touched, and these rows move its arms: {rows}. So nobody can stay out of the "
                "reach of its arms. State another measure.", rows=rows) if self.is_touched and moving
-            else N_("Everybody should stay out of the reach of its arms while it moves.")
+            else N_("Everybody but one trained adult should stay out of the reach of its arms while it moves.")
         )  # fmt: skip
         return (
             N_("Fingers pinched between moving parts, or a knock from an arm or the head"), self._whom, likely, reduces,
@@ -209,13 +218,14 @@ class Study:
             return None
         likely = (
             N_("Possible: people touch the robot, and a push can tip it over") if self.is_touched
-            else N_("Unlikely while it sits, possible when it stands, changes its posture or walks")
+            else N_("Possible when it stands, changes its posture or walks")
         )  # fmt: skip
         return (
             N_("The robot falls on somebody, or off the table"), N_("Everybody near the robot"), likely,
-            N_("The robot should be on the floor, or on a wide and level surface, with a person within reach to catch "
-               "it. Rehearsals in the simulator do not show whether a real robot keeps its balance."),
-            N_("The person beside the robot ends the session after a fall, before anybody lifts the robot."),
+            N_("The robot should be on the floor, or on a wide and level surface. Only one trained adult should be "
+               "within its reach. Rehearsals in the simulator do not show whether a real robot keeps its balance."),
+            N_("When it falls, everybody steps back, the operator presses Stop, and the trained adult ends the "
+               "session. Nobody lifts the robot before it is still."),
         )  # fmt: skip
 
     def _walking(self) -> Texts | None:
@@ -234,7 +244,7 @@ class Study:
             return None
         return (
             N_("Discomfort or a seizure from flashing eye lights"), N_("People with photosensitive epilepsy"),
-            N_("Unlikely while the lights change less than 3 times a second"),
+            N_("Possible when the lights change 3 times a second or more"),
             N_("People should be asked about epilepsy before the session, and the lights should not flash."),
             N_("The operator presses Stop when somebody turns away from the lights or feels unwell."),
         )  # fmt: skip
@@ -296,7 +306,7 @@ class Study:
             return None
         return (
             N_("A loss of privacy: somebody sees recordings who should not, and finds out whose they are"),
-            N_("Everybody who is recorded, the operator too"), N_("Unlikely"),
+            N_("Everybody who is recorded, the operator too"), N_("Not known: it depends on who can open the files"),
             N_("Recordings have codes instead of names. The disk should be encrypted, few people should have access, "
                "and the recordings should be deleted on a planned day."),
             N_("The investigator ends the session, and tells the board, when recordings are lost or seen by others."),
@@ -310,7 +320,7 @@ class Study:
             N_("Everybody near the robot"), N_("Possible: rows read touches of the chest"),
             N_("The chest button of a NAO is its power button too: two presses make its joints limp, a long press "
                "switches it off (see its manual). Rows should ask for a touch at another place."),
-            N_("The person beside the robot holds it when a hand stays on its chest, and the operator presses Stop."),
+            N_("The operator presses Stop when a hand stays on its chest, and everybody else steps back."),
         )  # fmt: skip
 
     def _battery(self) -> Texts | None:
@@ -319,7 +329,7 @@ class Study:
         return (
             N_("Heat or fire of the battery, hot motors, or a fall over the cable of the charger"),
             N_("Everybody near the robot"),
-            N_("Unlikely: this program knows nothing about battery, charger and motors"),
+            N_("Not known: this program knows nothing about battery, charger and motors"),
             N_("The robot should run without its charger, and be charged elsewhere, as its manual says. It should rest "
                "when its joints are warm."),
             N_("The operator ends the session when the robot is hot, smells or warns of its battery."),

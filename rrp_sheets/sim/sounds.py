@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
+import io
 import math
 import re
 import wave
@@ -238,7 +240,8 @@ def is_japanese(language: str) -> bool:
 def japanese_reader() -> Callable[..., Any] | None:
     """Load the library that knows how Japanese is said (0.1 s); None when it is not installed."""
     try:
-        from pyopenjtalk import run_frontend
+        with contextlib.redirect_stdout(io.StringIO()):  # it writes what else could be installed
+            from pyopenjtalk import run_frontend
     except ImportError:
         return None
     return run_frontend

@@ -372,6 +372,8 @@ _FIELDS = (
                   synonyms=("目的",), asked="always"),
     ProtocolField("What happens", prompt=N_("The session in a few sentences, as a participant sees it."),
                   synonyms=("実施内容", "内容")),
+    ProtocolField("What participants do", prompt=N_("What participants do and what for, in short words that they "
+                  "understand. It is printed on their page."), synonyms=("参加者がすること",), asked="always"),
     ProtocolField("Robot in sessions", (
         CellChoice("simulated", N_("participants see the robot on a screen")),
         CellChoice("real", N_("a real robot is in the room")),
@@ -386,15 +388,18 @@ _FIELDS = (
                   synonyms=("研究の問い",), asked="always"),
     ProtocolField("Investigators", prompt=N_("The researchers, each with role and institution, and who supervises "
                                              "students."), synonyms=("研究者",), asked="always"),
-    ProtocolField("Training", prompt=N_("The training and clearance of everybody who runs sessions: research ethics, "
-                                        "child protection, first aid, this robot."),
-                  synonyms=("研修",), asked="always"),
+    ProtocolField("Training and background checks", prompt=N_("What everybody who runs sessions has learned: research "
+                  "ethics, safeguarding, first aid, this robot. Who has checked that they may work with children or "
+                  "patients, and when."), synonyms=("研修と身元確認", "研修", "Training"), asked="always"),
     ProtocolField("Place", prompt=N_("Where sessions take place."), synonyms=("実施場所",), asked="always"),
     ProtocolField("Period", prompt=N_("When the study begins and ends."), synonyms=("実施期間",), asked="always"),
     ProtocolField("Design", prompt=N_("What you compare, and in which order each participant has what."),
                   synonyms=("研究デザイン",), asked="always"),
-    ProtocolField("Measures", prompt=N_("What you measure, which measure counts most, and how you analyse it."),
-                  synonyms=("評価項目と分析",), asked="always"),
+    ProtocolField("Measures", prompt=N_("What you measure, and which measure counts most."),
+                  synonyms=("評価項目", "評価項目と分析"), asked="always"),
+    ProtocolField("Analysis and publication", prompt=N_("How you analyse the data, whether the study is registered "
+                  "before it begins, and where you publish the results, whatever they are."),
+                  synonyms=("分析と公表",), asked="always"),
     ProtocolField("Sessions", prompt=N_("How many sessions each participant has, how far apart, how long each usually "
                                         "is, and breaks."),
                   synonyms=("回数と時間",), asked="always"),
@@ -434,10 +439,11 @@ _FIELDS = (
     ProtocolField("Benefits", prompt=N_("What participants and others gain, and whether it is a treatment; write None "
                                          "if there is no direct benefit."),
                   synonyms=("期待される利益",), asked="always"),
-    ProtocolField("Adverse events", prompt=N_("What you do when something goes wrong, and whom you tell."),
-                  synonyms=("有害事象への対応",), asked="always"),
-    ProtocolField("Incidental findings", prompt=N_("What you do when you notice something about a person's health or "
-                  "safety that you did not look for, or when a child tells of harm."),
+    ProtocolField("Adverse events and safeguarding", prompt=N_("What you do and whom you tell when something goes "
+                  "wrong, or when somebody tells of harm or is in danger."),
+                  synonyms=("有害事象と安全確保", "有害事象への対応", "Adverse events"), asked="always"),
+    ProtocolField("Incidental findings", prompt=N_("What you do when you notice something about a person's health "
+                  "that you did not look for."),
                   synonyms=("偶発的所見",), asked="always"),
     ProtocolField("Feedback", prompt=N_("Whether and how participants learn the results."), synonyms=("結果の報告",),
                   asked="always"),
@@ -448,25 +454,28 @@ _FIELDS = (
                                           "data such as a diagnosis."), synonyms=("その他のデータ",), asked="always"),
     ProtocolField("Retention", prompt=N_("How many months or years data are kept, and who deletes them."),
                   synonyms=("保存期間",), asked="always"),
-    ProtocolField("Lawful basis", prompt=N_("Why you may process personal data: consent, or another basis of your "
-                                            "law."),
-                  synonyms=("法的根拠",), asked="always"),
+    ProtocolField("Lawful basis and impact assessment", prompt=N_("Why you may process personal data, and data on "
+                  "health such as a diagnosis: consent, or another basis of your law. The result of the data "
+                  "protection impact assessment (DPIA)."),
+                  synonyms=("法的根拠と影響評価", "法的根拠", "Lawful basis"), asked="always"),
     ProtocolField("Responsible for the data", prompt=N_("Who is responsible by law, who is the data protection "
-                  "officer, which rights people have, and whether there is an impact assessment."),
+                  "officer, and which rights people have."),
                   synonyms=("データの責任者",), asked="always"),
     ProtocolField("Face data", prompt=N_("The lawful basis for recognising faces, and how long faces are kept."),
                   synonyms=("顔データ",), asked="faces"),
-    ProtocolField("Access", prompt=N_("Who can see the data, and who keeps the list of names and codes, and where."),
-                  synonyms=("アクセスできる人",), asked="always"),
+    ProtocolField("Access", prompt=N_("Who can see the data."), synonyms=("アクセスできる人",), asked="always"),
+    ProtocolField("Code key", prompt=N_("Who keeps the list that links names and codes, where, and until when."),
+                  synonyms=("対応表",), asked="always"),
     ProtocolField("Encryption", prompt=N_("Where the data and their backups are stored, and how they are encrypted, "
                                            "also in the network."),
                   synonyms=("暗号化",), asked="always"),
-    ProtocolField("Sharing", prompt=N_("Who gets the data outside the team, and what is published."),
-                  synonyms=("共有と公表",), asked="always"),
+    ProtocolField("Sharing", prompt=N_("Who gets the data outside the team."),
+                  synonyms=("共有", "共有と公表"), asked="always"),
     # consent
+    ProtocolField("Information sheets", prompt=N_("What participants, and parents or guardians, get to read: which "
+                  "sheet, from whom, when and in which language."), synonyms=("説明文書",), asked="always"),
     ProtocolField("Consent", prompt=N_("Who agrees, and how: participants, parents, and the operator, whose actions "
-                                        "are saved too. What they read before, in which language, and how long they "
-                                        "can think."),
+                  "are saved too. How long they can think, and who decides for a person who cannot."),
                   synonyms=("同意",), asked="always"),
     ProtocolField("Assent", prompt=N_("How each child is asked, in words that it understands."),
                   synonyms=("子どもへの説明と同意",), asked="children"),

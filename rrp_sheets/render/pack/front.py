@@ -9,7 +9,7 @@ from rrp_sheets.checks.protocol import kept_kinds, names_of
 from rrp_sheets.checks.speech_texts import OPEN
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import people, study
-from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
+from rrp_sheets.render.pack.model import Labelled, Said
 from rrp_sheets.render.pack.source import Driver, Source
 from rrp_sheets.render.sentences import device_says
 from rrp_sheets.render.style import clean
@@ -87,13 +87,13 @@ def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
     sensors = [s for s in source.sensors if not source.is_button(s)]
     through = list(dict.fromkeys(get(f"channel.{source.channel(streams[s])}") for s in sensors))
     senses = ("both" if source.buttons else "some") if through else "buttons" if source.buttons else "nothing"
+    heard = ["senses_mic"] if "microphone" in people.channels(source) else []
     kinds = translate(names_of(kept_kinds(source.checked.robot, source.checked.graph, run)), source.words.language)
     keeps = ["keeps_kinds"]
     if people.remembers_faces(source):
         keeps.append("keeps_faces" if run.keeps_faces else "forgets_faces")
     texts = doing.count_texts(said)
-    is_open = any(OPEN.search(text) for text in doing.all_texts(said))
-    says = "nothing" if not texts else "open" if is_open else "one" if texts == 1 else "some"
+    says = "nothing" if not texts else "open" if is_open(said) else "one" if texts == 1 else "some"
     moving = doing.moving_parts(source)
     parts = [get(f"part.{p}") for p in moving]
     moves = ["moves_nothing" if not parts else "moves_walks" if doing.walkers(source) else "moves_parts"]
@@ -107,7 +107,7 @@ def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
         return source.words.sentences([get(f"glance.{entry}", **values) for entry in entries])
 
     boxes = {
-        "senses": boxed(f"senses_{senses}", "senses_live", List=capital(source.words.listed(through))),
+        "senses": boxed(f"senses_{senses}", *heard, "senses_live", List=capital(source.words.listed(through))),
         "keeps": boxed(*keeps, List=capital(kinds)),
         "says": get(f"glance.says_{says}", n=texts),
         "moves": boxed(*moves, Parts=capital(source.words.listed(parts))),
@@ -117,21 +117,22 @@ def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
     return tuple(Labelled(get(f"glance.{name}"), text) for name, text in boxes.items())
 
 
-def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResult]) -> tuple[Labelled, ...]:
+def is_open(said: Sequence[Said]) -> bool:
+    """Return whether the run fills in parts of some texts."""
+    return any(OPEN.search(text) for text in doing.all_texts(said))
+
+
+def numbers(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
     """Return the workbook in numbers, each labelled with what it counts."""
-    get = source.get
     rows = [s for _, s in source.active if s.row.on]
     drives = {d.stream.id for d in source.drivers}
-    passed = sum(t.passed for t in tests)
     counted = {
         "behaviours": len(source.checked.graph.behaviours), "rows": len(rows),
         "sensors": len(source.sensors) - len(source.buttons), "actuators": len(drives),
         "says": doing.count_texts(said),
     }  # fmt: skip
     lines = [Labelled(source.count(f"number.{name}", n), f"{n:,}") for name, n in counted.items()]
-    result = get("number.tests_of", passed=passed, n=len(tests)) if tests else get("no_tests")
-    lines.append(Labelled(get("number.tests"), result))
-    still_open = len(source.findings) + len(study.missing(source))
+    still_open = len(source.findings) + study.count(study.missing(source))
     return (*lines, Labelled(source.count("number.open", still_open), f"{still_open:,}"))
 
 

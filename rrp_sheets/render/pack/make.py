@@ -57,8 +57,10 @@ def make_pack(
     behaviours, pictures = behaviour_parts(source, changes, drawn=drawn)
     left = len(source.findings) - MOST_FINDINGS
     errors = checked.report.errors
-    status = source.count("draft_errors", len(errors)) if errors else get("draft") if draft else ""
     lacks = study.missing(source)
+    incomplete = get("draft_missing") if lacks else get("draft") if draft else ""
+    status = source.count("draft_errors", len(errors)) if errors else incomplete
+    signing = ("researcher", "operator") if status else ("researcher", "board", "operator")
     authors = _AUTHORS.split(source.protocol("Authors"))
     return (
         Pack(
@@ -68,10 +70,11 @@ def make_pack(
             authors=tuple(clean(name) for name in authors if name.strip()),
             facts=front.facts(source, this), happens=source.protocol(people.HAPPENS),
             summary=front.summary(source, said), glance=front.glance(source, said),
-            numbers=front.numbers(source, said, tests),
+            numbers=front.numbers(source, said),
             findings=tuple(_finding(source, n, d) for n, d in enumerate(source.findings[:MOST_FINDINGS], 1)),
             findings_left_out=get("more", n=left) if left > 0 else "",
-            sensed=people.sensed(source), kept=people.kept(source), says=said, says_note=get("says.by_hand"),
+            sensed=people.sensed(source), kept=people.kept(source), says=said,
+            says_note=get("says.by_hand_open" if front.is_open(said) else "says.by_hand"),
             makes=acts.makes(source), acts=acts.acts(source), cautions=acts.cautions(source),
             rivals=acts.rivals(source), hand=people.hand(source),
             hand_title=get("hand.title" if source.buttons else "hand.title_none"),
@@ -80,12 +83,13 @@ def make_pack(
             tests_note=tests_note,
             behaviours=behaviours, sheets=sheets(source), changes=changes, consent=people.consent(source),
             statements=people.statements(source), meets=study.meets(source), missing=lacks,
-            missing_note=study.missing_note(source, len(lacks)),
-            missing_where=study.missing_where(source), study=study.stated(source, study.STUDY, marked=False),
+            missing_note=study.missing_note(source, study.count(lacks)),
+            missing_where=study.missing_where(source),
+            study=study.stated(source, study.STUDY, marked=False, front=study.FRONT),
             benefits=study.stated(source, study.BENEFITS, marked=False), risks=study.risks(source),
             risks_note=study.risks_note(source), body=body.body(source), body_note=body.note(source),
             operator=people.operator(source),
-            signatures=tuple(get(f"signatures.{who}") for who in ("researcher", "board", "operator")),
+            signatures=tuple(get(f"signatures.{who}") for who in signing),
         ),
         pictures,
     )  # fmt: skip

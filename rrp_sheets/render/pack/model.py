@@ -16,10 +16,11 @@ class Labelled:
 
 @dataclass(frozen=True)
 class MissingField:
-    """A thing that boards ask for and the workbook does not say: its name in words, and where to fill it in."""
+    """Something that boards ask for and the workbook lacks: its name in words, where to fill it in, how many it is."""
 
     name: str
     where: str
+    count: int = 1
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 
+BLANK = "_" * 12  # to be filled in by hand
 LONGEST = 120  # columns of a field: two lines
 MOST_READ_ALOUD = 8  # years: younger children do not read it by themselves
 _AGES = re.compile(r"(\d{1,2})(?:\s*(?:to|and|or|から|[-–〜～])\s*\d{1,2})?\s*(?:years|歳)", re.IGNORECASE)
@@ -47,16 +48,18 @@ class ParticipantSheet:
 
     Attributes:
         intro: who the robot is; stands beside its `picture`, an SVG text or empty.
-        study: the title of the study; `mark`: where a participant writes.
+        study: the title of the study; `agree`, `mark` and `date`: what a participant fills in.
         aloud: that it is read to a child, or empty; `status`: that it is a draft, or empty.
-        foot: version and day.
+        foot: version, day and the first digits of the workbook's SHA-256.
     """
 
     language: str
     title: str
     study: str
     aloud: str
+    agree: str
     mark: str
+    date: str
     intro: SheetPart
     picture: str
     alt: str
@@ -82,9 +85,11 @@ def make_sheet(
     return ParticipantSheet(
         language=words.language, title=writer.say("title", robot=robot),
         study=shortened(clean(source.protocol("Title")), 60), aloud=writer.say("aloud") if aloud else "",
-        mark=writer.say("mark"), intro=writer.intro(robot), picture=_picture(checked),
+        agree=writer.say("agree"), mark=writer.say("mark"), date=writer.say("date"),
+        intro=writer.intro(robot), picture=_picture(checked),
         alt=writer.say("alt", robot=robot), parts=writer.parts(),
-        status=writer.say(status) if status else "", foot=shortened(foot, 60), notes=tuple(writer.notes),
+        status=writer.say(status) if status else "",
+        foot=writer.say("foot_digest", foot=shortened(foot, 24), digest=reading.digest[:12]), notes=tuple(writer.notes),
     )  # fmt: skip
 
 
@@ -112,17 +117,32 @@ class _Writer:
         self.notes: list[str] = []
 
     def say(self, entry: str, /, **values: object) -> str:
-        return self.source.words.get(f"participants.{entry}", **values)
+        adult = f"participants.adult_{entry}"
+        chosen = adult if self._are_adults and self.source.words.has(adult) else f"participants.{entry}"
+        return self.source.words.get(chosen, **values)
+
+    @property
+    def _are_adults(self) -> bool:
+        return bool(self.source.protocol("Participants")) and not (
+            self.study.has_children or self.study.is_demonstration
+        )
 
     def _part(self, name: str, entries: Iterable[str], *more: str) -> SheetPart:
         said = (self.say(f"{name}_{entry}") for entry in dict.fromkeys(entries))
-        return SheetPart(self.say(name), (*said, *filter(None, more)))
+        title = self.say(name)
+        if name in ("stop", "choice") and self.is_open():
+            title = self.say("confirm", text=title)
+        return SheetPart(title, (*said, *filter(None, more)))
 
     def _stated(self, field: str, entry: str) -> str:
-        """Return the sentence with a field of the Protocol sheet; a field that is blank or too long gives a note."""
+        """Return the sentence with a field of the Protocol sheet, or with a place to fill it in by hand.
+
+        A field that is blank or too long gives a note.
+        """
         text, name = " ".join(self.source.protocol(field).split()), field_label(self.source, field)
         if not text and not self.study.is_demonstration:
             self.notes.append(N_("The page lacks the field {name}: fill it in.", name=name))
+            return self.say(entry, text=BLANK)
         elif (short := shortened(clean(text), LONGEST)) != text:
             self.notes.append(
                 N_("The field {name} is too long for the page, which shows: {text}", name=name, text=short)
@@ -131,13 +151,15 @@ class _Writer:
 
     def is_open(self) -> bool:
         """Return whether the Protocol sheet does not state yet how one says no and stops, which the page promises."""
-        return bool({"Assent", "Dissent", "Withdrawal"} & {*self.study.missing_fields()})
+        return bool({"Consent", "Assent", "Dissent", "Withdrawal"} & {*self.study.missing_fields()})
 
     def intro(self, robot: str) -> SheetPart:
         """Say who the robot is, and where."""
         lines = [self.say("who_is", robot=robot), self.say("who_machine")]
         if not self.study.is_demonstration:
-            lines += [self.say("who_research"), *filter(None, [self._stated("Investigators", "who_we")])]
+            lines += [self.say("who_research"), self._stated("Investigators", "who_we")]
+        if self._are_adults:
+            lines.append(self._stated("Purpose", "adult_who_purpose"))
         height = self.source.checked.robot.data["robot"].get("height")
         if self.study.meets == SIMULATED:
             lines.append(self.say("who_screen"))
@@ -145,25 +167,31 @@ class _Writer:
             lines.append(self.say("who_room"))
         elif not self.study.is_demonstration:
             self.notes.append(N_("The sheet does not say if the robot is real: fill in the field Robot in sessions."))
+            lines.append(self.say("who_open"))
         if self.study.meets == REAL and isinstance(height, (int, float)):
             lines.append(self.say("who_high", cm=round(height * 100)))
         return SheetPart(self.say("who", robot=robot), tuple(lines))
 
     def parts(self) -> tuple[SheetPart, ...]:
         """Return the parts below the picture, in pairs beside one another."""
+        sign = "" if self.study.is_demonstration else self.say("stop_sign", text=BLANK)
         made = [
-            self._part("does", self._does()), self._part("senses", self._senses()),
-            self._part("you", self._you(), self._stated("Sessions", "you_sessions")),
-            self._part("stop", ("how", "at_once", *([] if self.study.meets == SIMULATED else ["crouch"]))),
-            self._part("choice", ("no", "later", "why")),
-            self._part("keeps", self._keeps(), self._stated("Access", "keeps_who")),
+            self._part("does", self._does()), self._sensed(),
+            self._part("you", [], self._stated("What participants do", "you_task"),
+                       *(self.say(f"you_{entry}") for entry in self._you()), self._stated("Sessions", "you_sessions")),
+            self._part("stop", ("how",), sign, self.say("stop_at_once"),
+                       self.say("stop_crouch") if self.study.meets == REAL else ""),
+            self._part("choice", ("no", "later", "why", *(["parents"] if self.study.has_children else []))),
+            self._part("keeps", self._keeps(), self._stated("Access", "keeps_who"),
+                       self._stated("Retention", "keeps_long"), self._stated("Deletion", "keeps_after")),
         ]  # fmt: skip
         if self.study.buttons:
             if _hidden(self.source):
                 self.notes.append(N_("The sheet does not say that a person controls the robot, as the field Reason for "
                                      "concealment gives a reason."))  # fmt: skip
             else:
-                made.append(self._part("helper", ("person", "buttons")))
+                labels = self.source.quoted(clean(label) for label in self.study.buttons[:6])
+                made.append(self._part("helper", ("person", "buttons"), self.say("helper_list", text=labels)))
         return (*made, self._questions())
 
     def _does(self) -> list[str]:
@@ -176,6 +204,15 @@ class _Writer:
             "legs": "legs" in moving and not acts.walkers(self.source), "eyes": "eyes" in self.study.parts,
         }  # fmt: skip
         return [entry for entry, true in holds.items() if true] or ["nothing"]
+
+    def _sensed(self) -> SheetPart:
+        """Say what a robot in the room senses; one on a screen senses nothing of a person."""
+        entries = self._senses()
+        if self.study.meets == REAL or self.study.is_demonstration:
+            return self._part("senses", entries)
+        if self.study.meets == SIMULATED:
+            return self._part("senses", ["screen"])
+        return self._part("senses", [], self.say("senses_open", text=BLANK))
 
     def _senses(self) -> list[str]:
         found: list[str] = []
@@ -190,27 +227,30 @@ class _Writer:
             found.append("learns_kept" if self.source.checked.run.keeps_faces else "learns_run")
         if "camera" not in channels:
             found.append("not_camera")
-        if self.study.meets != SIMULATED:
+        if self.study.meets == REAL:
             found.append("live")
         if "microphone" not in channels:
             found.append("not_microphone")
         return found
 
     def _keeps(self) -> list[str]:
+        real = self.study.meets == REAL or self.study.is_demonstration
         kinds = kept_kinds(self.source.checked.robot, self.source.checked.graph, self.source.checked.run)
         holds = {
-            "touch": self.study.is_touched, "words": "words" in kinds, "no_voice": "words" in kinds,
-            "camera": "camera" in kinds, "faces": "faces" in kinds, "film": "film" in kinds,
+            "touch": real and self.study.is_touched, "words": real and "words" in kinds,
+            "no_voice": real and "words" in kinds, "camera": real and "camera" in kinds,
+            "faces": real and "faces" in kinds, "film": "film" in kinds,
             "buttons": bool(self.study.buttons) and not _hidden(self.source),
         }  # fmt: skip
         return ["events", *(entry for entry, true in holds.items() if true), "code"]
 
     def _you(self) -> list[str]:
-        touched, simulated = self.study.is_touched, self.study.meets == SIMULATED
+        real = self.study.meets == REAL
         holds = {
-            "screen": simulated, "near": not simulated, "touch": touched and not simulated,
-            "talk": "microphone" in people.channels(self.source),
-            "hands": not simulated and bool(acts.moving_parts(self.source)),
+            "screen": self.study.meets == SIMULATED, "near": real, "touch": real and self.study.is_touched,
+            "talk": real and "microphone" in people.channels(self.source),
+            "hands": real and bool(acts.moving_parts(self.source)),
+            "loud": any(acts.speaks(s) for s in self.study.driven), "hard": bool(self.study.driven),
         }  # fmt: skip
         return [entry for entry, true in holds.items() if true]
 

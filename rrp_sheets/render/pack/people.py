@@ -43,7 +43,7 @@ def stops(source: Source) -> tuple[Stopping, ...]:
     touched = [used for s, used in source.sensors.items() if touches_chest(source.checked.graph.streams[s])]
     chest = [ref for used in touched for ref in used]
     lines.append(Stopping(get("stop.chest"), get("stop.chest_how" if chest else "stop.chest_none"), merged(chest)))
-    lines.append(Stopping(get("stop.failure"), get("stop.failure_how")))
+    lines += [Stopping(get(f"stop.{entry}"), get(f"stop.{entry}_how")) for entry in ("failure", "computer")]
     return tuple(lines)
 
 

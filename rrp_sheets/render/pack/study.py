@@ -13,19 +13,23 @@ from rrp_sheets.texts import translate
 from rrp_sheets.workbook.schema import FIELDS, title_of
 
 STUDY = (
-    "Research question", "Design", "Measures", "Participants", "Why these participants", "Number of participants",
+    "Research question", "Design", "Measures", "Analysis and publication", "Participants",
+    "Why these participants", "Number of participants",
     "Inclusion and exclusion", "Recruitment", "Compensation", "Sessions", "Place", "Period", "Present", "Distance kept",
-    "Robot used", "Ending the study", "Feedback", "Investigators", "Training", "Other permissions",
-    "Funding and conflicts of interest", "Insurance", "Attachments",
+    "Robot used", "Ending the study", "Feedback", "Investigators", "Training and background checks",
+    "Other permissions", "Funding and conflicts of interest", "Insurance", "Attachments",
 )  # fmt: skip
-BENEFITS = ("Benefits", "Adverse events", "Incidental findings")
+BENEFITS = ("Benefits", "Adverse events and safeguarding", "Incidental findings")
 DATA = (
-    "Data kept", "Other data", "Retention", "Lawful basis", "Responsible for the data", "Face data", "Access",
-    "Encryption", "Sharing",
+    "Data kept", "Other data", "Retention", "Lawful basis and impact assessment", "Responsible for the data",
+    "Face data", "Access", "Code key", "Encryption", "Sharing",
 )  # fmt: skip
-CONSENT = ("Consent", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
+CONSENT = ("Information sheets", "Consent", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
 OPERATOR = ("Participants are told", "Reason for concealment", "Debriefing")
-FRONT = ("Title", "Authors", "Version", "Ethics reference", "Contact", "Purpose", "What happens", "Robot in sessions")
+FRONT = (
+    "Title", "Authors", "Version", "Ethics reference", "Contact", "Purpose", "What happens", "What participants do",
+    "Robot in sessions",
+)  # fmt: skip
 RUN = ("Run", "Engine", "Frame rate", "Seed")
 MOST_RISKS = 100
 
@@ -35,15 +39,18 @@ def field_label(source: Source, name: str) -> str:
     return FIELDS[key(name)].name_in(source.words.language)
 
 
-def stated(source: Source, names: Iterable[str], *, marked: bool = True) -> tuple[Labelled, ...]:
+def stated(
+    source: Source, names: Iterable[str], *, marked: bool = True, front: Iterable[str] = ()
+) -> tuple[Labelled, ...]:
     """Return what the Protocol sheet says in some fields, and in one line what it leaves open.
 
-    The statements are `marked` as such, where they stand among what the program knows.
+    The statements are `marked` as such, where they stand among what the program knows. Those of the fields `front`
+    stand on the first page.
     """
     names = list(names)
     lines = [Labelled(field_label(source, n), text, stated=marked) for n in names if (text := source.protocol(n))]
     wanted = set(source.checked.study.missing_fields())
-    if lacks := [field_label(source, n) for n in names if n in wanted]:
+    if lacks := [field_label(source, n) for n in (*front, *names) if n in wanted]:
         lines.append(Labelled(source.get("study.open"), source.words.listed(lacks)))
     return tuple(lines)
 
@@ -69,12 +76,20 @@ def missing(source: Source) -> tuple[MissingField, ...]:
         cell = cells.get(key(name))
         where = get("missing.row_is", row=cell.address.row) if cell is not None else ""
         found.append(MissingField(field_label(source, name), where))
-    if not study.is_demonstration and (left := len(study.unnamed_risks())):
+    if not study.is_demonstration:
         own = study.workbook.risks
-        where = get("missing.risks", sheet=clean(own.address.sheet)) if own else ""
-        where = where or get("missing.risks_sheet", sheet=title_of("risks", source.words.language))
-        found.append(MissingField(source.count("missing.risk", left), where))
+        sheet = clean(own.address.sheet) if own else title_of("risks", source.words.language)
+        where = get("missing.risks", sheet=sheet)
+        if left := len(study.unnamed_risks()):
+            found.append(MissingField(source.count("missing.risk", left), where, left))
+        if not study.states_task_risks():
+            found.append(MissingField(get("missing.task_risks"), where))
     return tuple(found)
+
+
+def count(lacks: Iterable[MissingField]) -> int:
+    """Return how many things are missing; of risks each counts."""
+    return sum(lack.count for lack in lacks)
 
 
 def missing_where(source: Source) -> str:
@@ -111,7 +126,10 @@ def risks_note(source: Source) -> str:
     own, left = bool(study.workbook.risks and study.workbook.risks.rows), bool(study.unnamed_risks())
     if not own and not left:
         return source.get("risks.nothing")
-    return source.get("risks.both" if own and left else "risks.own" if own else "risks.proposed")
+    lines = [source.get("risks.both" if own and left else "risks.own" if own else "risks.proposed")]
+    lines += [source.get("risks.severe")] if left else []
+    lines += [] if study.is_demonstration or study.states_task_risks() else [source.get("risks.task")]
+    return source.words.sentences(lines)
 
 
 def elsewhere() -> set[str]:

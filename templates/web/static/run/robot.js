@@ -9,7 +9,7 @@ const EMPTY = t("This browser cannot draw the robot in 3D. The robot’s eye, th
 const TURN = t("Drag to look around");
 const MOVE = t("Drag an object to move it, drag elsewhere to look around");
 const FARTHEST = t("It cannot move farther this way.");
-const LATER = t("During a run you can drag objects to move them. Drag elsewhere to look around");
+const LATER = t("Drag to look around. In a run, drag objects too");
 
 /** Fill `#robot3d`. */
 export async function robot3d(root) {
