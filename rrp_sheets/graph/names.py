@@ -46,6 +46,7 @@ class Names:
         self._told: set[str] = set()  # keys of names that nothing gives: each is told once, where it stands first
         self._read = {key(cell.text) for row in behaviour.rows if row.on for cell in row.inputs}
         pairs = list(zip(behaviour.rows, connectors, strict=True))
+        self._unclear = {key(row.output.text) for row, c in pairs if row.on and c is None}  # devices, or ordinary
         self._driven_names = {key(row.output.text) for row, c in pairs if row.on and c is not None and c.is_sink}
         for on in (True, False):
             for row, connector in pairs:
@@ -149,7 +150,7 @@ class Names:
     def _done_of_missing(self, k: str) -> bool:
         """Return whether a name is the done stream of a missing actuator, which is reported at its own cell."""
         name = k.removesuffix("done")
-        return name != k and (name in self.devices.broken or name in self._driven_names)
+        return name != k and (name in self.devices.broken | self._driven_names | self._unclear)
 
     def output(self, row: Row, connector: Connector, read_below: bool) -> str | None:
         """Return the stream id of a row's output, or None when it is refused."""
@@ -208,7 +209,7 @@ class Names:
         declared = self.devices.find(cell.text)
         if declared is not None and declared.found.type.kind == "actuator":
             return self._device(declared, cell, row)
-        if not row.on or key(cell.text) in self.devices.broken or key(cell.text) in self._told:
+        if not row.on or key(cell.text) in self.devices.broken | self._told | self._unclear:
             return None
         self._told.add(key(cell.text))
         guess = self.devices.propose(cell.text, self.devices.names("actuator"))
