@@ -11,7 +11,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put, meant
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, device_remedy, done_of
+from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.japanese import LETTERS
 from rrp_sheets.model.names import argument_name, is_reserved, key
@@ -78,7 +78,9 @@ class Names:
         if declared is None:
             if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
                 self._told.add(k)
-                self.report.add("GRAPH001", cell.address, name=cell.text, **self._propose(cell.text, row))
+                details = self._propose(cell.text, row)
+                fixes = self.devices.naming_fixes(cell, details.get("guess"))
+                self.report.add("GRAPH001", cell.address, fixes=fixes, name=cell.text, **details)
             return None
         if declared.found.type.kind == "actuator":
             if row.on:
@@ -99,7 +101,7 @@ class Names:
         ended = self._meant_done(text)
         guess = ended or self.devices.propose(text, self._inputs)
         unused_output = any(k not in self._read and other is not row for k, other in self.rows.items())
-        if not (ended or unused_output) and (found := device_remedy(text, guess, self.devices.robot, "sensor")):
+        if not (ended or unused_output) and (found := self.devices.device_remedy(text, guess, "sensor")):
             return found  # else that output may have been called so
         unused = self.rows.get(key(guess)) if guess else None
         if guess is None or unused is None or key(guess) in self._read:
@@ -218,12 +220,13 @@ class Names:
         if guess:
             remedy = N_("Did you mean {guess}? Or declare “{text}” in the sheet Devices, with its device and settings.",
                         guess=guess, text=cell.text)  # fmt: skip
-        details = device_remedy(cell.text, guess, self.devices.robot, "actuator") or {"remedy": remedy, "guess": guess}
+        details = self.devices.device_remedy(cell.text, guess, "actuator") or {"remedy": remedy, "guess": guess}
         if declared is not None:
             what = describe(declared.found.type)
         else:
             what = N_("the stream of another row") if key(cell.text) in self.rows else N_("not a device of the robot")
-        self.report.add("GRAPH006", cell.address, name=cell.text, what=what, **details)
+        fixes = self.devices.naming_fixes(cell, details.get("guess"))
+        self.report.add("GRAPH006", cell.address, fixes=fixes, name=cell.text, what=what, **details)
         return None
 
     def _ordinary(self, first: Cell, stream_id: str) -> str:
