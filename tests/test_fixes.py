@@ -128,6 +128,34 @@ def test_the_column_of_a_setting_that_is_needed_is_added(devices, output, chosen
     assert {str(c.place): c.new for c in changes} == written and found == then
 
 
+MOVED = [
+    # the sheet Devices, the formula, the output, the title of the fix, what it writes
+    ("| Stream | Device |\n|---|---|\n| Wave | Gesture |", "1", "Wave", "Add the column Name and write Wave",
+     {"Devices!C1": "Name", "Devices!C2": "Wave"}),
+    ("| Stream | Device | Name |\n|---|---|---|\n| Greeting | Gesture | |", '"Wafe"', "Greeting",
+     "Write Wave into the column Name", {"Devices!C2": "Wave"}),
+    ("| Stream | Device |\n|---|---|\n| Welcome | Gesture |", "1", "Welcome", "Add the column Name",
+     {"Devices!C1": "Name"}),
+    ("| ストリーム | デバイス |\n|---|---|\n| うなずく | 身ぶり |", "1", "うなずく",
+     "Add the column 名前 and write うなずく", {"Devices!C1": "名前", "Devices!C2": "うなずく"}),
+    ("| ストリーム | デバイス |\n|---|---|\n| Sit | 姿勢 |", "1", "Sit", "Add the column 名前 and write 座位",
+     {"Devices!C1": "名前", "Devices!C2": "座位"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(("devices", "formula", "output", "title", "written"), MOVED)
+def test_the_name_of_a_movement_is_filled_in(devices, formula, output, title, written, suffix, tmp_path):
+    text, more = f"| | Touch | subscribe | {formula} | {output} |", f"## Devices\n{devices}\n"
+    header = COLUMNS if "Stream" in devices else JAPANESE
+    (finding,) = check(rows(text, more, header=header)).report
+    (fix,) = finding.fixes
+    assert (finding.code, str(fix.title)) == ("LINT012", title)
+    changes, found = fixed(text, tmp_path, f"LINT012:{fix.id}", suffix=suffix, more=more, header=header)
+    assert {str(c.place): c.new for c in changes} == written
+    assert found == ([] if len(written) == 2 or "Wave" in title else [("LINT012", "D2")])
+
+
 NAMED = [
     # the headers, the row, the finding, its remedy, what its fix writes
     (JAPANESE, "| | Timer | subscribe | | 話す |", "GRAPH006", "Did you mean 発話?",

@@ -47,7 +47,7 @@ class DeviceTable:
     def __init__(self, workbook: Workbook, robot: Robot, report: Report) -> None:
         self.robot = robot
         self.report = report
-        self._workbook = workbook
+        self.workbook = workbook
         self.declared: dict[str, Declared] = {}
         self._implicit: dict[str, Declared] = {}
         known = workbook.language != "en" and (workbook.language in robot.languages or not robot.languages)
@@ -138,17 +138,9 @@ class DeviceTable:
             blank = k not in cells or not cells[k]
             if setting.required and blank and values.get(k) in (None, ""):
                 at = cells[k].address if k in cells else stream.address
-                fixes = () if k in cells else self.setting_fixes(setting, stream.text, found.name)
+                fixes = () if k in cells else setting_fixes(self.workbook, setting, stream.text, found.name)
                 self.report.add("DEV003", at, fixes=fixes, device=found.name, setting=setting.name, help=setting.help)
         return values
-
-    def setting_fixes(self, setting: Setting, stream: str, device: str) -> list[Fix]:
-        """Return the fix that makes place in the sheet Devices for a setting to be filled in, if there is one."""
-        header = setting_header(setting.name, self._workbook.language)
-        edits, cell = setting_edits(self._workbook, stream, device, setting.name)
-        if any(isinstance(edit, Insert) for edit in edits):
-            return [Fix("declare", N_("Add “{stream}” to the sheet Devices", stream=stream), edits, fill=cell)]
-        return [Fix("add-column", N_("Add the column {header}", header=header), edits, fill=cell)] if edits else []
 
     def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
@@ -209,7 +201,7 @@ class DeviceTable:
         declared = [d for d in found if kind and any(s.required or s.kind == "gesture" for s in d.settings.values())]
         plain = [d for d in found if d not in declared]
         names = [d.title for d in plain or found]
-        if self._workbook.language == "ja" and self._workbook.device_sheet:
+        if self.workbook.language == "ja" and self.workbook.device_sheet:
             names = list(japanese.japanese(japanese.DEVICES, names))
         if not plain:
             return {"remedy": N_("Declare “{text}” in the sheet Devices, with the device {guess} and its settings.",
@@ -224,7 +216,7 @@ class DeviceTable:
         """
         if not guess or japanese.standard(japanese.DEVICES, guess) == guess or self.find(guess):
             return []
-        edits, _ = setting_edits(self._workbook, guess, guess, "stream", guess)
+        edits, _ = setting_edits(self.workbook, guess, guess, "stream", guess)
         title = N_("Write {value}", value=guess)
         return [Fix("correct-spelling", title, (Replace(cell.address, cell.text, guess), *edits))]
 
@@ -239,6 +231,22 @@ class DeviceTable:
         """Return the names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
+
+
+def setting_fixes(workbook: Workbook, setting: Setting, stream: str, device: str, text: str = "") -> list[Fix]:
+    """Return the fix that makes place in the sheet Devices for a setting to be filled in, if there is one.
+
+    With a text, it is written there.
+    """
+    header = setting_header(setting.name, workbook.language)
+    edits, cell = setting_edits(workbook, stream, device, setting.name, text)
+    if any(isinstance(edit, Insert) for edit in edits):
+        return [Fix("declare", N_("Add “{stream}” to the sheet Devices", stream=stream), edits, fill=cell)]
+    if text and len(edits) == 1:
+        return [Fix("fill-setting", N_("Write {value} into the column {header}", value=text, header=header), edits)]
+    if text and edits:
+        return [Fix("add-column", N_("Add the column {header} and write {value}", header=header, value=text), edits)]
+    return [Fix("add-column", N_("Add the column {header}", header=header), edits, fill=cell)] if edits else []
 
 
 def setting_edits(

@@ -11,7 +11,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put, meant
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
+from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of, setting_fixes
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.japanese import LETTERS
 from rrp_sheets.model.names import argument_name, is_reserved, key
@@ -238,7 +238,7 @@ class Names:
         if setting is not None:
             if row.on:
                 name, device = setting.name, declared.found.name
-                fixes = self.devices.setting_fixes(setting, cell.text, device)
+                fixes = setting_fixes(self.devices.workbook, setting, cell.text, device)
                 self.report.add("DEV008", cell.address, fixes=fixes, device=device, setting=name, stream=cell.text)
             return None
         stream_id = key(cell.text)
