@@ -95,6 +95,14 @@ def test_a_row_with_too_many_cells_is_told_once():
     assert findings(rows("| Red ball | map | a | b | X |\n| Red ball | subscribe | | Print |")) == [("SHEET017", "E2")]
 
 
+@pytest.mark.parametrize("connector", ["subscibe", ""])
+@pytest.mark.parametrize("name", ["話す", "Greeting"])
+def test_rows_that_depend_on_an_unknown_connector_are_not_told(connector, name):
+    text = f'| Red ball | {connector} | "a" | {name} |\n| Red ball | subscribe | "b" | {name} |\n| {name} done | subscribe | | Print |'
+    assert [code for code, _ in findings(rows(text))] == ["CONN002" if connector else "CONN001"]
+    assert ("GRAPH006", "D2") in findings(rows(text.replace(f"| {connector} |", "| subscribe |", 1)))
+
+
 def test_everything_is_reported_at_once():
     text = "| Red bal | map | 1 | X |\n| X | mapp | 1 | Y |\n| Y | subscribe | | Tell |"
     assert [code for code, _ in findings(rows(text))] == ["GRAPH001", "CONN002", "GRAPH006"]

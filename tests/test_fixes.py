@@ -128,6 +128,57 @@ def test_the_column_of_a_setting_that_is_needed_is_added(devices, output, chosen
     assert {str(c.place): c.new for c in changes} == written and found == then
 
 
+MOVED = [
+    # the sheet Devices, the formula, the output, the title of the fix, what it writes
+    ("| Stream | Device |\n|---|---|\n| Wave | Gesture |", "1", "Wave", "Add the column Name and write Wave",
+     {"Devices!C1": "Name", "Devices!C2": "Wave"}),
+    ("| Stream | Device | Name |\n|---|---|---|\n| Greeting | Gesture | |", '"Wafe"', "Greeting",
+     "Write Wave into the column Name", {"Devices!C2": "Wave"}),
+    ("| Stream | Device |\n|---|---|\n| Welcome | Gesture |", "1", "Welcome", "Add the column Name",
+     {"Devices!C1": "Name"}),
+    ("| ストリーム | デバイス |\n|---|---|\n| うなずく | 身ぶり |", "1", "うなずく",
+     "Add the column 名前 and write うなずく", {"Devices!C1": "名前", "Devices!C2": "うなずく"}),
+    ("| ストリーム | デバイス |\n|---|---|\n| Sit | 姿勢 |", "1", "Sit", "Add the column 名前 and write 座位",
+     {"Devices!C1": "名前", "Devices!C2": "座位"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(("devices", "formula", "output", "title", "written"), MOVED)
+def test_the_name_of_a_movement_is_filled_in(devices, formula, output, title, written, suffix, tmp_path):
+    text, more = f"| | Touch | subscribe | {formula} | {output} |", f"## Devices\n{devices}\n"
+    header = COLUMNS if "Stream" in devices else JAPANESE
+    (finding,) = check(rows(text, more, header=header)).report
+    (fix,) = finding.fixes
+    assert (finding.code, str(fix.title)) == ("LINT012", title)
+    changes, found = fixed(text, tmp_path, f"LINT012:{fix.id}", suffix=suffix, more=more, header=header)
+    assert {str(c.place): c.new for c in changes} == written
+    assert found == ([] if len(written) == 2 or "Wave" in title else [("LINT012", "D2")])
+
+
+NAMED = [
+    # the headers, the row, the finding, its remedy, what its fix writes
+    (JAPANESE, "| | Timer | subscribe | | 話す |", "GRAPH006", "Did you mean 発話?",
+     {"T!E2": "発話", "Devices row 3": "発話 | 発話"}),
+    (JAPANESE, "| | 触る | subscribe | | Print |", "GRAPH001", "Did you mean 接触?",
+     {"T!B2": "接触", "Devices row 3": "接触 | 接触"}),
+    (JAPANESE, "| | Timer | subscribe | | Sey |", "GRAPH006", "Did you mean Say?", {"T!E2": "Say"}),
+    (COLUMNS, "| | Timer | subscribe | | 話す |", "GRAPH006", "Did you mean Say?", {"T!E2": "Say"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(("header", "text", "code", "remedy", "written"), NAMED)
+def test_a_device_is_named_in_the_language_of_the_workbook(header, text, code, remedy, written, suffix, tmp_path):
+    heads = "| ストリーム | デバイス |" if header == JAPANESE else "| Stream | Device |"
+    devices = f"## Devices\n{heads}\n|---|---|\n| Tick | Timer |\n"
+    (finding,) = [d for d in check(rows(text, devices, header=header)).report if d.code == code]
+    assert str(finding.remedy).startswith(remedy)
+    changes, found = fixed(text, tmp_path, f"{code}:correct-spelling", suffix=suffix, more=devices, header=header)
+    assert {str(c.place): c.new for c in changes} == written
+    assert not [one for one in found if one[0].startswith(("GRAPH00", "DEV0"))]
+
+
 def test_no_column_is_added_where_there_is_one_or_no_sheet():
     text = "| | Red ball | sample | 10 s | Now |\n| | Now | subscribe | | Say parameter |"
     (bare,) = check(rows(text, "", header=COLUMNS)).report

@@ -198,13 +198,30 @@ def test_a_name_that_is_typed_in_full_is_added_too(grid: Shared) -> None:
     assert [stream for stream, *_ in devices(grid)] == ["Gaze", "Arms up", "Head touch"]
 
 
-def test_names_that_are_pasted_are_added_in_the_same_step(grid: Shared) -> None:
-    grid.go("B4")
+def paste(grid: Shared, text: str) -> None:
     grid.page.evaluate(
         """text => { const data = new DataTransfer(); data.setData("text/plain", text);
         document.activeElement.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data, bubbles: true, cancelable: true })); }""",
-        "Left hand touch\tsubscribe\t\tWave\n",
+        text,
     )
+
+
+def test_only_devices_that_were_added_are_told(shelf: Books) -> None:
+    heads, lists = ["有効", "入力", "コネクター", "式", "出力"], ["ストリーム", "デバイス", "名前"]
+    sheets = {
+        "T": [heads, ["", "接触", "subscribe", "", "手を振る"]],
+        "デバイス": [lists, ["身ぶり", "身ぶり", ""], ["接触", "接触", ""]],
+    }
+    grid = shelf.open(sheets, sheet="T")
+    grid.checked()
+    grid.go("B3")
+    paste(grid, "接触\tsubscribe\t\t身ぶり\nボール\tsubscribe\t\t身ぶり\n")
+    grid.status("Added to デバイス: ボール. Press Ctrl+Z to undo.")
+
+
+def test_names_that_are_pasted_are_added_in_the_same_step(grid: Shared) -> None:
+    grid.go("B4")
+    paste(grid, "Left hand touch\tsubscribe\t\tWave\n")
     grid.expect("E4", "Wave")
     becomes(lambda: [stream for stream, *_ in devices(grid)], ["Gaze", "Left hand touch", "Wave"])
     grid.press("Control+z")

@@ -62,6 +62,8 @@ WORDS = [
     ('| Touch | subscribe | "Hi" | Speak |', "GRAPH006", "Did you mean Say?", "Say"),
     ("| Touch | subscribe | | Nod |", "GRAPH006", "Declare “Nod” in the sheet Devices, with the device Gesture", ""),
     ("| Touch | subscribe | | Stop |", "GRAPH006", "Did you mean End run?", "End run"),
+    ("| Tac | subscribe | | Print |", "GRAPH001", "Did you mean Touch?", "Touch"),
+    ("| Ta | subscribe | | Print |", "GRAPH001", "Write the output stream of another row", ""),
     ("| Touch | subscribe | | 待つ |", "GRAPH006", "Did you mean Wait?", "Wait"),
     ("| Touch | count | | N |\n| N | subscribe | | Print |", "CONN002", "Did you mean accumulate?", "accumulate"),
     ("| Touch | 数える | | N |\n| N | subscribe | | Print |", "CONN002", "Did you mean accumulate?", "accumulate"),
@@ -77,6 +79,24 @@ def test_plain_words_are_guessed_before_names_that_look_alike(text, code, remedy
     assert found.remedy.startswith(remedy), found.remedy
     spelt = [fix.edits[0].new for fix in found.fixes if fix.id == "correct-spelling"]
     assert spelt == ([written] if written else [])
+
+
+@pytest.mark.parametrize(
+    ("heads", "typed", "meant"),
+    [
+        ("Stream | Device", "Tac", "Touch"),
+        ("Stream | Device", "hea", ""),
+        ("ストリーム | デバイス", "tac", "接触"),
+        ("Stream | Device", "ta", ""),
+    ],
+)
+def test_the_beginning_of_a_plain_word_of_a_device_is_enough(heads, typed, meant):
+    header = {"header": "| 入力 | コネクター | 式 | 出力 |\n|---|---|---|---|\n"} if "Stream" not in heads else {}
+    more = f"## Devices\n| {heads} |\n|---|---|\n| Pat | {typed} |\n"
+    (found,) = [
+        d for d in check(rows("| Red ball | subscribe | | Print |", more, **header)).report if d.code == "DEV001"
+    ]
+    assert [edit.new for fix in found.fixes for edit in fix.edits] == ([meant] if meant else [])
 
 
 @given(NAMES, NAMES, st.integers(0, 6))

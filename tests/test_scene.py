@@ -68,6 +68,8 @@ WRONG = [
     ("| 1 | Redd ball | appears | |", "SCENE002", "B2", "Red ball"),
     ("| 1 | Persn | enters | |", "SCENE002", "B2", "Person"),
     ("| 1 | Lamp | shines | |", "SCENE002", "B2", ""),
+    ("| 1 | | appears | at 1, 0, 0.4 |", "SCENE012", "B2", "Red ball"),
+    ("| 1 | | | |", "SCENE012", "B2", "Operator"),
     ("| 1 | Red ball | apears | |", "SCENE003", "C2", "appears"),
     ("| 1 | Red ball | looks away | |", "SCENE003", "C2", ""),
     ("| 1 | Person | | |", "SCENE003", "C2", "enters"),

@@ -15,6 +15,7 @@ from rrp_sheets.documents.document import Journal
 from rrp_sheets.documents.grid import CellText
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.testing.run import in_order, run_tests
+from rrp_sheets.texts import translate
 from rrp_sheets.web import workbook_tests as module
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests, panel_of
@@ -123,6 +124,15 @@ def test_what_holds_and_what_does_not_is_told_and_marked(page: Callable[..., Pag
     here.set("Talk", (2, 3), "redBall.distance + 1")
     here.run()
     assert here.news[-1] == "A now fails. B now fails. 0 of 2 tests passed."
+
+
+@pytest.mark.parametrize("rows", [[], HOLDS[:1]])
+def test_a_test_that_checks_nothing_has_not_failed(page: Callable[..., Page], rows: list[list[str]]) -> None:
+    here = page(GOOD, A=rows)
+    here.run()
+    panel = panel_of(here.tests, here.document, "A")
+    assert panel is not None and panel.count == "Test checks nothing" and not panel.missed
+    assert translate(panel.count, "ja") == "このテストは何も確かめません"
 
 
 def test_a_test_that_errors_keep_from_running_has_not_failed(page: Callable[..., Page]) -> None:

@@ -33,7 +33,7 @@ _UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
 _MISSED_BEHAVIOUR = ("PROT004", "DEV010")
 _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
 """A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
-_WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
+_WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008", "SCENE012")
 AFTER_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
 """Hidden by wrong rows of the Scene, as they depend on the things in the room, which are not known then."""
 _ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT001", "PROT004")

@@ -66,6 +66,7 @@ class Changed:
         cursor: the cell that is to be filled in next, as row and column.
         then: what was changed after that, when one edit does several things.
         change: what became of the sheet itself.
+        devices: the streams that were added to the sheet Devices with it.
     """
 
     sheet: str
@@ -80,6 +81,7 @@ class Changed:
     cursor: tuple[str, int] | None = None
     then: tuple[Changed, ...] = ()
     change: SheetChange | None = None
+    devices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put, meant, surely
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put, Replace, meant, surely
 from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
@@ -47,7 +47,7 @@ class DeviceTable:
     def __init__(self, workbook: Workbook, robot: Robot, report: Report) -> None:
         self.robot = robot
         self.report = report
-        self._workbook = workbook
+        self.workbook = workbook
         self.declared: dict[str, Declared] = {}
         self._implicit: dict[str, Declared] = {}
         known = workbook.language != "en" and (workbook.language in robot.languages or not robot.languages)
@@ -111,9 +111,7 @@ class DeviceTable:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
                 guess = nearest(device.text, [*(f.name for f in self.robot.names.values()), *japanese.DEVICES])
-                remedy = device_remedy(device.text, guess, self.robot) or meant(
-                    guess, N_("See `rrp-sheets help devices`.")
-                )
+                remedy = self.device_remedy(device.text, guess) or meant(guess, N_("See `rrp-sheets help devices`."))
                 self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
             return
@@ -140,17 +138,9 @@ class DeviceTable:
             blank = k not in cells or not cells[k]
             if setting.required and blank and values.get(k) in (None, ""):
                 at = cells[k].address if k in cells else stream.address
-                fixes = () if k in cells else self.setting_fixes(setting, stream.text, found.name)
+                fixes = () if k in cells else setting_fixes(self.workbook, setting, stream.text, found.name)
                 self.report.add("DEV003", at, fixes=fixes, device=found.name, setting=setting.name, help=setting.help)
         return values
-
-    def setting_fixes(self, setting: Setting, stream: str, device: str) -> list[Fix]:
-        """Return the fix that makes place in the sheet Devices for a setting to be filled in, if there is one."""
-        header = setting_header(setting.name, self._workbook.language)
-        edits, cell = setting_edits(self._workbook, stream, device, setting.name)
-        if any(isinstance(edit, Insert) for edit in edits):
-            return [Fix("declare", N_("Add “{stream}” to the sheet Devices", stream=stream), edits, fill=cell)]
-        return [Fix("add-column", N_("Add the column {header}", header=header), edits, fill=cell)] if edits else []
 
     def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
@@ -198,6 +188,38 @@ class DeviceTable:
         found = self.find(of) if of else None
         return (of, found) if found and found.found.type.kind == "actuator" else None
 
+    def device_remedy(self, word: str, guess: str | None, kind: str = "") -> dict[str, Any]:
+        """Return the details `remedy` and `guess` for a plain word of devices (of a kind), such as `hand`.
+
+        They are empty for another word, and for one that is nearly spelt as the `guess`. With a kind, the word is that
+        of a stream: a device that needs a setting is then proposed for the sheet Devices. Devices have the names of the
+        workbook's language, where there is a sheet Devices to declare them.
+        """
+        found = [] if guess and surely(word, guess) else self.robot.devices_for(word, kind)
+        if not found:
+            return {}
+        declared = [d for d in found if kind and any(s.required or s.kind == "gesture" for s in d.settings.values())]
+        plain = [d for d in found if d not in declared]
+        names = [d.title for d in plain or found]
+        if self.workbook.language == "ja" and self.workbook.device_sheet:
+            names = list(japanese.japanese(japanese.DEVICES, names))
+        if not plain:
+            return {"remedy": N_("Declare “{text}” in the sheet Devices, with the device {guess} and its settings.",
+                                 text=word, guess=listed(names, "or"))}  # fmt: skip
+        remedy = N_("Did you mean {guess}?", guess=listed(names, "or"))
+        return {"remedy": remedy, "guess": names[0]} if len(names) == 1 else {"remedy": remedy}
+
+    def naming_fixes(self, cell: Cell, guess: str | None) -> list[Fix]:
+        """Return the fix that writes a Japanese name of a device, which the sheet Devices must have, and adds it there.
+
+        Other names need no more than the fix that each finding with a guess has.
+        """
+        if not guess or japanese.standard(japanese.DEVICES, guess) == guess or self.find(guess):
+            return []
+        edits, _ = setting_edits(self.workbook, guess, guess, "stream", guess)
+        title = N_("Write {value}", value=guess)
+        return [Fix("correct-spelling", title, (Replace(cell.address, cell.text, guess), *edits))]
+
     def needs_declaring(self, declared: Declared) -> Setting | None:
         """Return the required setting that a device used by its name alone lacks (`Say parameter`: Text), or None."""
         if declared.address is not None:
@@ -209,6 +231,22 @@ class DeviceTable:
         """Return the names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
+
+
+def setting_fixes(workbook: Workbook, setting: Setting, stream: str, device: str, text: str = "") -> list[Fix]:
+    """Return the fix that makes place in the sheet Devices for a setting to be filled in, if there is one.
+
+    With a text, it is written there.
+    """
+    header = setting_header(setting.name, workbook.language)
+    edits, cell = setting_edits(workbook, stream, device, setting.name, text)
+    if any(isinstance(edit, Insert) for edit in edits):
+        return [Fix("declare", N_("Add “{stream}” to the sheet Devices", stream=stream), edits, fill=cell)]
+    if text and len(edits) == 1:
+        return [Fix("fill-setting", N_("Write {value} into the column {header}", value=text, header=header), edits)]
+    if text and edits:
+        return [Fix("add-column", N_("Add the column {header} and write {value}", header=header, value=text), edits)]
+    return [Fix("add-column", N_("Add the column {header}", header=header), edits, fill=cell)] if edits else []
 
 
 def setting_edits(
@@ -235,24 +273,6 @@ def setting_edits(
 def _standard(setting: str, cell: Cell) -> Cell:
     """Return a cell of a setting that a misspelt header means, with the standard word for a Japanese choice."""
     return replace(cell, text=japanese.standard(japanese.CHOICES.get(setting, {}), cell.text))
-
-
-def device_remedy(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:
-    """Return the details `remedy` and `guess` for a plain word of devices (of a kind), such as `hand`.
-
-    They are empty for another word, and for one that is nearly spelt as the `guess`. With a kind, the word is that of a
-    stream: a device that needs a setting is then proposed for the sheet Devices.
-    """
-    found = [] if guess and surely(word, guess) else robot.devices_for(word, kind)
-    if not found:
-        return {}
-    plain = [d for d in found if not (kind and any(s.required or s.kind == "gesture" for s in d.settings.values()))]
-    names = [d.title for d in plain or found]
-    if not plain:
-        return {"remedy": N_("Declare “{text}” in the sheet Devices, with the device {guess} and its settings.",
-                             text=word, guess=listed(names, "or"))}  # fmt: skip
-    remedy = N_("Did you mean {guess}?", guess=listed(names, "or"))
-    return {"remedy": remedy, "guess": names[0]} if len(names) == 1 else {"remedy": remedy}
 
 
 def done_of(name: str) -> str:

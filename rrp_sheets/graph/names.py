@@ -11,7 +11,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put, meant
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, device_remedy, done_of
+from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of, setting_fixes
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.japanese import LETTERS
 from rrp_sheets.model.names import argument_name, is_reserved, key
@@ -46,6 +46,7 @@ class Names:
         self._told: set[str] = set()  # keys of names that nothing gives: each is told once, where it stands first
         self._read = {key(cell.text) for row in behaviour.rows if row.on for cell in row.inputs}
         pairs = list(zip(behaviour.rows, connectors, strict=True))
+        self._unclear = {key(row.output.text) for row, c in pairs if row.on and c is None}  # devices, or ordinary
         self._driven_names = {key(row.output.text) for row, c in pairs if row.on and c is not None and c.is_sink}
         for on in (True, False):
             for row, connector in pairs:
@@ -77,7 +78,9 @@ class Names:
         if declared is None:
             if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
                 self._told.add(k)
-                self.report.add("GRAPH001", cell.address, name=cell.text, **self._propose(cell.text, row))
+                details = self._propose(cell.text, row)
+                fixes = self.devices.naming_fixes(cell, details.get("guess"))
+                self.report.add("GRAPH001", cell.address, fixes=fixes, name=cell.text, **details)
             return None
         if declared.found.type.kind == "actuator":
             if row.on:
@@ -98,7 +101,7 @@ class Names:
         ended = self._meant_done(text)
         guess = ended or self.devices.propose(text, self._inputs)
         unused_output = any(k not in self._read and other is not row for k, other in self.rows.items())
-        if not (ended or unused_output) and (found := device_remedy(text, guess, self.devices.robot, "sensor")):
+        if not (ended or unused_output) and (found := self.devices.device_remedy(text, guess, "sensor")):
             return found  # else that output may have been called so
         unused = self.rows.get(key(guess)) if guess else None
         if guess is None or unused is None or key(guess) in self._read:
@@ -149,7 +152,7 @@ class Names:
     def _done_of_missing(self, k: str) -> bool:
         """Return whether a name is the done stream of a missing actuator, which is reported at its own cell."""
         name = k.removesuffix("done")
-        return name != k and (name in self.devices.broken or name in self._driven_names)
+        return name != k and (name in self.devices.broken | self._driven_names | self._unclear)
 
     def output(self, row: Row, connector: Connector, read_below: bool) -> str | None:
         """Return the stream id of a row's output, or None when it is refused."""
@@ -208,7 +211,7 @@ class Names:
         declared = self.devices.find(cell.text)
         if declared is not None and declared.found.type.kind == "actuator":
             return self._device(declared, cell, row)
-        if not row.on or key(cell.text) in self.devices.broken or key(cell.text) in self._told:
+        if not row.on or key(cell.text) in self.devices.broken | self._told | self._unclear:
             return None
         self._told.add(key(cell.text))
         guess = self.devices.propose(cell.text, self.devices.names("actuator"))
@@ -217,12 +220,13 @@ class Names:
         if guess:
             remedy = N_("Did you mean {guess}? Or declare “{text}” in the sheet Devices, with its device and settings.",
                         guess=guess, text=cell.text)  # fmt: skip
-        details = device_remedy(cell.text, guess, self.devices.robot, "actuator") or {"remedy": remedy, "guess": guess}
+        details = self.devices.device_remedy(cell.text, guess, "actuator") or {"remedy": remedy, "guess": guess}
         if declared is not None:
             what = describe(declared.found.type)
         else:
             what = N_("the stream of another row") if key(cell.text) in self.rows else N_("not a device of the robot")
-        self.report.add("GRAPH006", cell.address, name=cell.text, what=what, **details)
+        fixes = self.devices.naming_fixes(cell, details.get("guess"))
+        self.report.add("GRAPH006", cell.address, fixes=fixes, name=cell.text, what=what, **details)
         return None
 
     def _ordinary(self, first: Cell, stream_id: str) -> str:
@@ -234,7 +238,7 @@ class Names:
         if setting is not None:
             if row.on:
                 name, device = setting.name, declared.found.name
-                fixes = self.devices.setting_fixes(setting, cell.text, device)
+                fixes = setting_fixes(self.devices.workbook, setting, cell.text, device)
                 self.report.add("DEV008", cell.address, fixes=fixes, device=device, setting=name, stream=cell.text)
             return None
         stream_id = key(cell.text)

@@ -168,12 +168,14 @@ class Robot:
         return self.names.get(key(name))
 
     def devices_for(self, word: str, kind: str = "") -> list[DeviceType]:
-        """The devices (of a kind) that people call by a plain word.
+        """The devices (of a kind) that people call by a plain word, or else by one that begins with it (3 letters).
 
         >>> [device.title for device in load_robot().devices_for("hand", "sensor")]
         ['Touch']
         """
-        return [d for d in self.devices.values() if kind in ("", d.kind) and key(word) in map(key, d.synonyms)]
+        k, mine = key(word), [(d, [*map(key, d.synonyms)]) for d in self.devices.values() if kind in ("", d.kind)]
+        called = [device for device, words in mine if k in words]
+        return called or [d for d, words in mine if len(k) > 2 and any(w.startswith(k) for w in words)]
 
     def others_with(self, found: FoundDevice, setting: str) -> list[FoundDevice]:
         """The devices to use instead of one that lacks a setting: they use the same, or give the same.

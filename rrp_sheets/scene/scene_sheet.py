@@ -116,7 +116,10 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | No
     # Any other word is a person's name, when it does what persons do and is not a misspelt known thing.
     if not misspelt and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
-    report.add("SCENE002", thing.address, text=_typed(thing) or N_("blank"), **meant(near, _ANY, quoted=True))
+    if not text:
+        report.add("SCENE012", thing.address)
+    else:
+        report.add("SCENE002", thing.address, text=_typed(thing), **meant(near, _ANY, quoted=True))
     return None
 
 

@@ -100,10 +100,11 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
         return [written(japanese.VERBS, verb), [{**one, "text": text} for one, text in zip(values, texts, strict=True)]]
 
     for name in ("sensors", "actuators"):
+        mine = {key(one["text"]) for one in found[name] if "device" in one}
         found[name] = [
             {**one, "text": own(one["text"]), "adds": {**one["adds"], "device": own(one["adds"]["device"])},
              "named": own(one["text"]) != one["text"]}
-            if "adds" in one else one for one in found[name]
+            if "adds" in one else one for one in found[name] if "adds" not in one or key(own(one["text"])) not in mine
         ]  # fmt: skip
     for record in found["records"].values():
         record["fields"] = [_field_written(one) for one in record["fields"]]

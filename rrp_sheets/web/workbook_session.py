@@ -507,7 +507,7 @@ class WorkbookSession(Broadcaster):
             if changed.heads or changed.change:
                 self._renderers.pop(changed.sheet, None)
             renderer = self.renderer(changed.sheet)
-            entry = self._now(changed.sheet)
+            entry = {**self._now(changed.sheet), "devices": list(changed.devices)}
             if changed.heads:
                 entry["heads"] = [list(head) for head in changed.heads]
             if changed.cursor and renderer.grid.has(changed.cursor[0]):

@@ -268,6 +268,12 @@ class WorkbookTests:
             self._tell(news)
 
 
+_ONE = {
+    PASSES: N_("Test passed"), FAILS: N_("Test failed"), IDLE: N_("Test checks nothing"), WAITS: N_("Test not run"),
+    LATE: N_("Test was not reached in time"),
+}  # fmt: skip
+
+
 def counted(results: Results) -> str:
     """Describe how many tests pass: `3 of 10 tests passed`; of lessons, `3 of 10 lessons done`.
 
@@ -278,8 +284,7 @@ def counted(results: Results) -> str:
     if every > 1 and all(number_of(t.sheet) for t in results.tests):
         return N_("All {n} lessons are done" if every == passed else "{done} of {n} lessons done", n=every, done=passed)
     if every == 1:
-        waits = results.tests[0].state == WAITS
-        return N_("Test passed" if passed else "Test not run" if waits else "Test failed")
+        return _ONE[results.tests[0].state]
     all_passed = every == passed != 0
     return N_("All {n} tests passed" if all_passed else "{passed} of {n} tests passed", n=every, passed=passed)
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, Fact
 from rrp_sheets.checks.lints.context import LintContext
+from rrp_sheets.diagnostics.report import Fix
 from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import KINDS, kind_of, kind_of_value
 from rrp_sheets.graph import Step, Stream
-from rrp_sheets.graph.device_table import understand
+from rrp_sheets.graph.device_table import setting_fixes, understand
 from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
@@ -63,7 +64,10 @@ def _check(step: Step, stream: Stream, device: DeviceType, taker: InputSpec, con
     what, value = _what_is_wrong(fact, stream, taker, context)
     if what:
         remedy = sentences(_stands(value, context), taker.remedy)
-        context.report.add("LINT012", address, device=stream.name, takes=device.takes, what=what, remedy=remedy)
+        fixes = _name_fixes(value, stream, device, context)
+        context.report.add(
+            "LINT012", address, fixes=fixes, device=stream.name, takes=device.takes, what=what, remedy=remedy
+        )
         return
     for what, known, low, high, unit in _limited(stream, device, fact, context):
         beyond = next((v for v in known if v < low - 1e-6 or v > high + 1e-6), None)
@@ -75,6 +79,22 @@ def _check(step: Step, stream: Stream, device: DeviceType, taker: InputSpec, con
                 unit=f" {unit}" if unit else "",
             )  # fmt: skip
             return
+
+
+def _name_fixes(value: Value, stream: Stream, device: DeviceType, context: LintContext) -> list[Fix]:
+    """Return the fix that fills in the setting which decides for a declared stream, with what is meant, if known."""
+    book, decides = context.workbook, _SETTING_DECIDES.get(device.name, "")
+    if not decides or not any(key(d.stream.text) == key(stream.name) for d in book.devices) or stream.device is None:
+        return []
+    names = {"posture": context.robot.postures, "gesture": context.robot.gestures}.get(
+        device.settings[decides].kind, ()
+    )
+    known = [*names, *japanese.words_for(japanese.MOVES, *names)]
+    typed = [value, stream.name] if isinstance(value, str) else [stream.name]
+    guess = next(filter(None, (nearest(text, known) for text in typed)), "")
+    guess = japanese.standard(japanese.MOVES, guess)
+    text = japanese.japanese_word(japanese.MOVES, guess) if book.language == "ja" else guess
+    return setting_fixes(book, device.settings[decides], stream.name, stream.device.name, text)
 
 
 def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, context: LintContext) -> tuple[str, Value]:

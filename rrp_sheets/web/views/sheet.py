@@ -371,8 +371,10 @@ def _set_cells(session: WorkbookSession, document: Document, author: str, given:
         return _rename(session, document, author, sheet, texts[0])
     if given.get("carried"):
         return document.paste(author, sheet, texts, _carried(given["carried"]))
-    if added := _added_devices(session.analysis().robot, document, given.get("devices", [])):
-        return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
+    added, devices = _added_devices(session.analysis().robot, document, given.get("devices", []))
+    if added:
+        changed = document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
+        return replace(changed, devices=devices)
     return document.set_cells(author, sheet, texts)
 
 
@@ -418,8 +420,10 @@ def _new_columns(document: Document, columns: dict[str, int], settings: Sequence
     return [PutHeader(sheet.address.sheet, columns[key(s)], setting_header(s, book.language), "") for s in new]
 
 
-def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutTexts | AddRows | PutHeader]:
-    """Return the edits that write devices, which were chosen in another sheet, into the sheet Devices.
+def _added_devices(
+    robot: Robot, document: Document, given: Any
+) -> tuple[list[PutTexts | AddRows | PutHeader], tuple[str, ...]]:
+    """Return the edits that write devices, which were chosen in another sheet, into the sheet Devices, and their names.
 
     So are columns of settings that they need. A device or a column that it has, and other settings, are left out.
     """
@@ -428,13 +432,14 @@ def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutText
     grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
     columns = setting_columns(grid) if grid else {}
     if grid is None or not {"stream", "device"} <= set(columns):
-        return []
+        return [], ()
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
     free = iter(grid.rows[grid.filled() :])
     new = [one for one in given[:_MOST_DEVICES] if key(text_of(one, "stream")) not in have]
     devices = [robot.find(japanese.standard(japanese.DEVICES, text_of(one, "device"))) for one in new]
     needed = [s.name for d in devices if d for k, s in d.type.settings.items() if s.required and k not in d.preset]
     steps: list[PutTexts | AddRows | PutHeader] = [*_new_columns(document, columns, needed)]
+    names = []
     for one in new:
         settings = one.get("settings", {})
         if not isinstance(settings, dict) or not all(isinstance(text, str) for text in settings.values()):
@@ -443,13 +448,14 @@ def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutText
         if key(texts["Stream"]) in have:
             continue
         have.add(key(texts["Stream"]))
+        names.append(texts["Stream"])
         cells = {columns[key(name)]: text for name, text in texts.items() if key(name) in columns}
         row = next(free, None)
         if row is None:
             steps.append(AddRows(grid.name, ((grid.new_id(), cells),), None))
         else:
             steps.append(PutTexts(grid.name, tuple(CellText(row, column, text, "") for column, text in cells.items())))
-    return steps
+    return steps, tuple(names)
 
 
 def _replaced(document: Document, given: Asked) -> list[PutTexts]:

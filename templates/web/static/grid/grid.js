@@ -202,7 +202,7 @@ export class Grid {
     this.rows.reserve(0);
     const devices = [...new Map([...this.lacking(changes), ...chosen].map((one) => [key(one.stream), one])).values()];
     const answer = this.server.cells(changes, { rename, devices, carried });
-    if (devices.length) answer.then(({ rows }) => this.added(rows ?? [], devices), () => {});
+    if (devices.length) answer.then(({ rows }) => this.added(rows ?? []), () => {});
     // which cells change only the server knows: what is typed next may be into one of them
     if (rename) this.held.until(() => answer.then(({ rows }) => this.renaming.told(rows ?? [], changes[0]), () => {}));
     for (const { row, k } of changes) {
@@ -231,9 +231,10 @@ export class Grid {
   }
 
   /** Tell which devices were added to the sheet Devices. */
-  added(rows, devices) {
+  added(rows) {
+    const names = rows.flatMap(({ devices = [] }) => devices);
     const sheet = rows.find((change) => change.sheet !== this.server.sheet)?.sheet;
-    if (sheet) this.say(t("Added to {sheet}: {names}. Press Ctrl+Z to undo.", { sheet, names: listed(devices.map((one) => one.stream)) }));
+    if (sheet && names.length) this.say(t("Added to {sheet}: {names}. Press Ctrl+Z to undo.", { sheet, names: listed(names) }));
   }
 
   edited(cell, text, was, move, alone = false, devices = []) {
