@@ -299,6 +299,23 @@ def test_one_of_several_buttons_is_enough_and_a_face_is_followed(tmp_path):
     assert [a.does for a in pack.acts] == ["Follow the face with the head"]
 
 
+@pytest.mark.parametrize(
+    ("condition", "language", "acts"),
+    [
+        ("touch.pressed", "en", "on these occasions: somebody touches the robot. It may"),
+        ("touch.pressed", "ja", "次の場合に動作します：誰かがロボットに触れるとき。"),
+        ('touch.zone = "Head"', "en", "on these occasions: somebody touches the robot or lets go. It may"),
+    ],
+)
+def test_robot_acts_on_what_triggers_rows_but_not_on_their_further_inputs(condition, language, acts, tmp_path):
+    rows = (
+        f"| Touch | filter | {condition} | Touched | |\n| Touched, Red ball | map | redBall.colour | | |\n"
+        "| | subscribe | | Say | |\n| Face | map | face.name | Unread | |\n"
+    )
+    pack = pack_of(workbook(tmp_path, rows), language=language)
+    assert acts in pack.summary
+
+
 def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     rows = (
         "| Go | subscribe | | There | 2 |\n| Go | merge | | Both | |\n| Both | subscribe | | Sit down | 1 |\n"

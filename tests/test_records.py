@@ -77,6 +77,17 @@ def test_runs_are_found_by_workbook_and_words(tmp_path: Path) -> None:
 # ---- one run ----
 
 
+@pytest.mark.parametrize(
+    ("language", "texts"),
+    [("en", ("frame engine", "</svg>note</span>")), ("ja", ("フレームエンジン", "</svg>情報</span>"))],
+)
+def test_engine_and_notes_of_a_run_are_in_the_language_of_the_page(language, texts, tmp_path: Path) -> None:
+    note = {"t": 0.5, "kind": "note", "text": "The recording is saved."}
+    write_run(tmp_path, "1-a", HEADER, note, END)
+    page = get(visit(tmp_path), "/runs/1-a", Accept_Language=language).text
+    assert [text for text in texts if text not in page] == []
+
+
 def test_a_run_shows_its_record_and_what_was_said(client: FlaskClient, run: str) -> None:
     text = get(client, f"/runs/{run}").text
     for expected in (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 from acting import Run, Script, wish
@@ -323,7 +324,10 @@ def test_a_panel_is_told_all_it_needs_when_the_run_begins():
              SceneAction(2_000_000, "Emma", "appear", {"at": (1.0, 0.0, 0.6)}), SceneAction(0, "Operator", "press", {"label": "x"}))  # fmt: skip
     start = start_of(plan, scene, 1, plan.checked.robot.folder)
     assert start.behaviours == (("T", True), ("Other", True)) and start.buttons == (("Start button", "Start"),)
-    assert start.things == (("Red ball", "ball", (1.0, 0.0, 0.0)), ("Emma", "person", None))
+    assert start.things == (("Red ball", "Red ball", "ball", (1.0, 0.0, 0.0)), ("Emma", "Emma", "person", None))
+    checked = replace(plan.checked, workbook=replace(plan.checked.workbook, language="ja"))
+    own = start_of(replace(plan, checked=checked), scene, 1, plan.checked.robot.folder)
+    assert [title for _, title, _, _ in own.things] == ["赤いボール", "Emma"]
     assert 0.9 < start.hfov < 1.1 and start.resources["headtracker"] == ("head",)
     sensors = {name: (device, text) for name, device, text in start.sensors}
     assert set(sensors) == {"Head yaw", "Red ball", "Start button", "Wait done"}

@@ -150,7 +150,9 @@ def test_everything_that_a_view_is_told_arrives_in_order():
         KeepAliveEvent(5),
         StateEvent(6, state),
         PictureEvent(6, bytes(range(256))),
-        StartEvent(RunStart("Book", 5, Path("run"), rows={2: "T!2"}, things=(("Ball", "ball", (1.0, 0.0, 0.4)),))),
+        StartEvent(
+            RunStart("Book", 5, Path("run"), rows={2: "T!2"}, things=(("Ball", "ボール", "ball", (1.0, 0.0, 0.4)),))
+        ),
         FinishingEvent(),
         RestedEvent(Summary({"Red ball": 3}, simulated=2.5, ended="stopped", stopped_by="Aya"), None),
         RestedEvent(Summary(), RunBroken("The simulator has ended.", "Run it again.")),

@@ -7,6 +7,7 @@ import pytest
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import itertools
+from pathlib import Path
 
 import numpy as np
 from PIL import ImageFont
@@ -15,7 +16,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.resources import vendored
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import Shot
-from rrp_sheets.sim.film import EVERY, MOST, Film, choose, font_of
+from rrp_sheets.sim.film import EVERY, MOST, Film, choose, font_of, write_strip
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
@@ -82,6 +83,25 @@ def test_a_caption_goes_when_the_newest_picture_has_nothing() -> None:
     shots = filmed((PERSON, SceneAction(SECOND, "Mia", "disappear")), {}, 1.4, FACE)
     assert [s.sees for s in shots if s.us < SECOND] == ["Face"] * 3
     assert [s.sees for s in shots if s.us >= SECOND] == [""] * 2
+
+
+@pytest.mark.parametrize(
+    ("language", "name", "sees"),
+    [("en", "Ball", "Ball at 0.80\N{NO-BREAK SPACE}m"), ("ja", "玉", "玉（0.80\N{NO-BREAK SPACE}m）")],
+)
+def test_captions_are_in_the_language_of_the_workbook(language: str, name: str, sees: str, tmp_path: Path) -> None:
+    world = SimWorld(Spec(load_robot(), (DeviceUse("ball", name, "RedBall"),), film=True, language=language))
+    world.start()
+    film = world._film
+    assert isinstance(film, Film)
+    film.saw(0, "ball", {"distance": 0.8})
+    film._take()
+    world.close()
+    assert film.shots[-1].sees == sees
+    english, own = tmp_path / "english.png", tmp_path / "own.png"
+    for path, chosen in ((english, "en"), (own, language)):
+        write_strip(path, film.shots[-1:], language=chosen)
+    assert (english.read_bytes() == own.read_bytes()) is (language == "en")
 
 
 def test_speech_is_in_the_picture_also_in_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:

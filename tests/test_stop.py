@@ -33,11 +33,13 @@ from test_watchdog import EVENT_LOOP, head_top
 
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Arrivals, Command, Notice
+from rrp_sheets.recording.messages import as_message
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.run_data import RunSettings
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.sim.process import REQUESTS, Simulator, Spec
 from rrp_sheets.sim.sounds import espeak
+from rrp_sheets.texts import translate
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
 
@@ -160,7 +162,9 @@ def test_stop_does_not_wait_for_slow_rows(engine: str, tmp_path: Path, begun: Pa
     assert (result.summary.ended, result.summary.stopped_by) == ("stopped", "Aya") and len(running.panel.finished) == 1
     assert running.summary() == {"type": "summary", **result.summary.as_dict(wall=False)}
     assert set(result.files) >= FILES and not result.problems
-    assert any("so the engine was stopped while row T!" in note for note in running.panel.notes)
+    notes = [note for note in running.panel.notes if "so the engine was stopped while row T!" in note]
+    assert notes and all(note.endswith("The recording is saved.") for note in notes)
+    assert translate(as_message(notes[0]), "ja").endswith("記録は保存されています。"), "also when the recording is read"
     if engine == "frame":
         assert {"film.gif", "strip.png"} <= set(result.files)
         assert head_top(running.out, -1) > head_top(running.out, 0) + 20, "it crouches, as after an orderly stop"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import sys
 from copy import deepcopy
 from gettext import GNUTranslations
@@ -88,6 +89,14 @@ def test_compiled_catalogue_is_there_and_up_to_date(written):
 
 def test_translations_keep_the_places_of_the_english_texts(written, pages):
     assert [*faults(written[1]), *faults(pages[1])] == []
+
+
+def test_japanese_texts_name_sheets_in_japanese(written, pages):
+    english = re.compile(
+        r"(?:シート|「)[ 「]?(?:Devices|Helpers|Risks|Scene|Protocol)\b|\b(?:Devices|Helpers|Risks|Scene|Protocol)(?:シート| で)"
+    )
+    texts_of = [text for _, catalogue in (written, pages) for text in entries(catalogue).values()]
+    assert [text for text in texts_of if english.search(text)] == []
 
 
 def test_catalogue_of_pages_has_every_text_of_templates_and_scripts(pages, of_pages):

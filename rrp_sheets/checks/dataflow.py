@@ -184,6 +184,11 @@ def _symbol(stream: str) -> str:
     return f"«{stream}»"
 
 
+def field_text(stream: str, name: str) -> str:
+    """Return the text of a field of a sensor's value, as conditions are about it."""
+    return text_of(ast.Attribute(ast.Name(_symbol(stream)), name, ast.Load()))
+
+
 def _few(routes: Iterable[Route]) -> tuple[Route, ...] | None:
     found: list[Route] = []
     for route in routes:

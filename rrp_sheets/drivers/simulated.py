@@ -37,7 +37,7 @@ class SimulatedWorld(World):
         faces: the file that keeps remembered faces beyond the run; None keeps none.
         requests: the connection to a simulator that a supervisor has started; None starts one here.
         ending: waits until the supervisor has reported how that simulator ended, and returns it as a sentence.
-        seed, frame_rate, film, record, camera, title, beside: as in `Spec`.
+        seed, frame_rate, film, record, camera, title, language, beside: as in `Spec`.
 
     Raises:
         MissingPart: when the simulator is not installed.
@@ -47,8 +47,8 @@ class SimulatedWorld(World):
         self, robot: Robot, sensors: Sequence[DeviceUse], actuators: Sequence[DeviceUse],
         scene: Sequence[SceneAction] = (), *, dones: Mapping[str, str] | None = None, seed: int = 0,
         frame_rate: int = 30, out: Path | None = None, film: bool = False, record: bool = False, camera: bool = True,
-        title: str = "", beside: Path | None = None, faces: Path | None = None, requests: socket.socket | None = None,
-        ending: Callable[[], str] | None = None,
+        title: str = "", language: str = "en", beside: Path | None = None, faces: Path | None = None,
+        requests: socket.socket | None = None, ending: Callable[[], str] | None = None,
     ) -> None:  # fmt: skip
         if out is not None:
             try:
@@ -67,7 +67,7 @@ class SimulatedWorld(World):
             sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
             dones={of: done for done, of in (dones or {}).items()}, scene=tuple(scene), seed=seed,
             frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, record=record,
-            camera=camera, title=title, beside=str(beside.resolve()) if beside is not None else "",
+            camera=camera, title=title, language=language, beside=str(beside.resolve()) if beside is not None else "",
             faces=str(faces.resolve()) if faces is not None else "",
         )  # fmt: skip
         self._awaited = frozenset((dones or {}).values())

@@ -74,7 +74,8 @@ class RunStart:
         behaviours: those that are loaded, each with whether it is on.
         sensors: the streams that values can be sent into: name, device, and an example as a Send cell has it.
         buttons: the operator's: stream name and label.
-        things: of the scene: name, kind (`ball`, `person`, `cup`, …), and where it is at the beginning (m), if it is.
+        things: of the scene: name, the same in the workbook's language, kind (`ball`, `person`, `cup`, …), and where it
+            is at the beginning (m), if it is.
         hfov, vfov: opening angles of the robot's camera, rad; 0 when it has none.
         resources: what each actuator stream (its id) needs of the robot.
     """
@@ -90,7 +91,7 @@ class RunStart:
     behaviours: tuple[tuple[str, bool], ...] = ()
     sensors: tuple[tuple[str, str, str], ...] = ()
     buttons: tuple[tuple[str, str], ...] = ()
-    things: tuple[tuple[str, str, tuple[float, float, float] | None], ...] = ()
+    things: tuple[tuple[str, str, str, tuple[float, float, float] | None], ...] = ()
     hfov: float = 0.0
     vfov: float = 0.0
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

@@ -29,7 +29,7 @@ from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.engine_process import ENGINE
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
-from rrp_sheets.texts import N_, known_language
+from rrp_sheets.texts import N_, known_language, sentences
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import Liveness, SharedCounters, cpu_clock, ready
 from rrp_sheets.workers.worker_process import WorkerProcess
@@ -277,7 +277,8 @@ class RunProcess:
         notices, hindrance = self._await_rest(view)
         if error is None and hindrance is None:
             words = N_("The rows did not end within {seconds:g} s of Stop, so the engine was stopped")
-            notices = (*notices, Notice("note", _sentence(N_(words, seconds=ROWS_END_WITHIN), row)))
+            text = sentences(_sentence(N_(words, seconds=ROWS_END_WITHIN), row), N_("The recording is saved."))
+            notices = (*notices, Notice("note", text))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
         summary = close_trace(start, row, error, notices, by, self._reached_us)

@@ -28,6 +28,7 @@ from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, SceneAction
+from rrp_sheets.model.japanese import japanese_thing
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TRACE, faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
@@ -221,13 +222,13 @@ def _simulated(
         checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
         frame_rate=checked.run.frame_rate, out=out, film=settings.film, record=True,
         camera=settings.camera and checked.run.keeps_pictures,
-        title=checked.workbook.protocol.text("Title"),
+        title=checked.workbook.protocol.text("Title"), language=checked.workbook.language,
         beside=folder_of(checked.workbook).absolute(),
         faces=faces_file(home) if checked.run.keeps_faces else None, requests=simulator, ending=ending,
     )  # fmt: skip
 
 
-Thing = tuple[str, str, tuple[float, float, float] | None]
+Thing = tuple[str, str, str, tuple[float, float, float] | None]
 
 
 def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Path) -> RunStart:
@@ -253,7 +254,8 @@ def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Pa
             for s in plan.streams if s.kind in OPEN_KINDS
         ),
         buttons=tuple((use.name, label_of(use)) for use in buttons(plan.sensors)),
-        things=_things(scene), hfov=float(camera.get("hfov", 0.0)), vfov=float(camera.get("vfov", 0.0)),
+        things=_things(scene, workbook.language),
+        hfov=float(camera.get("hfov", 0.0)), vfov=float(camera.get("vfov", 0.0)),
         resources=resources,
     )  # fmt: skip
 
@@ -271,7 +273,7 @@ def example_text(value: Value) -> str:
     return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else show(value)
 
 
-def _things(scene: Sequence[SceneAction]) -> tuple[Thing, ...]:
+def _things(scene: Sequence[SceneAction], language: str) -> tuple[Thing, ...]:
     """Return the things that will be in the scene, each with its place if it is there at the beginning."""
     found: dict[str, Thing] = {}
     for action in scene:
@@ -280,7 +282,8 @@ def _things(scene: Sequence[SceneAction]) -> tuple[Thing, ...]:
             if action.time_us == 0 and not action.cue and "at" in action.values:
                 x, y, *z = (float(c) for c in action.values["at"])
                 place = x, y, z[0] if z else 0.0
-            found[key(action.thing)] = action.thing, action.what, place
+            title = japanese_thing(action.thing) if language == "ja" else action.thing
+            found[key(action.thing)] = action.thing, title, action.what, place
     return tuple(found.values())
 
 

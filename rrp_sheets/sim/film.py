@@ -25,7 +25,7 @@ from rrp_sheets.resources import vendored
 from rrp_sheets.sim.camera import FilmCamera, Shot
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.stage import FRONT, Point
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, translate
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
@@ -76,7 +76,8 @@ class Film:
 
     def __init__(self, bullet: Any, world: SimWorld, spec: Spec, out: Path | None) -> None:
         self._world = world
-        self._writer = FilmWriter(out, spec.title) if out is not None else None
+        self._writer = FilmWriter(out, spec.title, spec.language) if out is not None else None
+        self._language = spec.language
         self._names = {s.stream: s.name for s in spec.sensors}
         self._b, self._scene = bullet, spec.scene
         self._place = (0.0, 0.0)  # m, of the robot, where the camera expects it
@@ -117,7 +118,7 @@ class Film:
         elif isinstance(value, dict):
             words = self._names.get(stream, stream)
             if isinstance(far := value.get("distance"), float):
-                words += f" at {far:.2f}\N{NO-BREAK SPACE}m"
+                words = translate(N_("{name} at {n}", name=words, n=f"{far:.2f}{NBSP}m"), self._language)
             who = value.get("name")
             self._seen[stream] = (us, f"{words}: {who}" if who else words)
 
@@ -245,8 +246,8 @@ class FilmFile:
     A palette serves until a picture has other colours: the background then stays the same and costs nothing.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, language: str = "en") -> None:
+        self._path, self._language = path, language
         self._pictures: dict[int, _Picture] = {}  # by the shot's time
         self._size = (0, 0)
         self._palette = Image.new("P", (1, 1))
@@ -255,7 +256,7 @@ class FilmFile:
 
     def add(self, shot: Shot) -> None:
         """Append a picture. Raises OSError when it cannot be written."""
-        frame = film_frame(shot)
+        frame = film_frame(shot, self._language)
         self._size = frame.size
         packed = self._packed(frame) if self._samples else None
         if packed is None or _is_off(frame, packed):
@@ -325,10 +326,10 @@ def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
 class FilmWriter:
     """Writes `film.gif` and `strip.png`, which shows a title, into a run's folder, shot by shot, on a thread."""
 
-    def __init__(self, folder: Path, title: str) -> None:
+    def __init__(self, folder: Path, title: str, language: str) -> None:
         self._film, self._strip = folder / FILM, folder / STRIP
-        self._title = title
-        self._file = FilmFile(self._film)
+        self._title, self._language = title, language
+        self._file = FilmFile(self._film, language)
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._error: Exception | None = None
         self._strip_at = time.monotonic() + STRIP_EVERY
@@ -357,7 +358,7 @@ class FilmWriter:
     def _write_strip(self, shots: Sequence[Shot]) -> None:
         half, began = self._strip.with_suffix(".part.png"), time.monotonic()
         try:
-            write_strip(half, shots, self._title)
+            write_strip(half, shots, self._title, self._language)
             half.replace(self._strip)
         finally:
             half.unlink(missing_ok=True)
@@ -394,7 +395,7 @@ def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
     return Image.fromarray(sample[None]).quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
 
-def film_frame(shot: Shot) -> Image.Image:
+def film_frame(shot: Shot, language: str) -> Image.Image:
     """Draw a picture of the film: the robot, what it sees, the clock, and what it says."""
     font, small = font_of(15), font_of(12)
     outside = Image.fromarray(shot.outside)
@@ -406,7 +407,8 @@ def film_frame(shot: Shot) -> Image.Image:
         top = outside.height - INSET[1] - 10
         draw.rectangle((left - 3, top - LABEL, left + INSET[0] + 2, top + INSET[1] + 2), fill=PAPER, outline=EDGE)
         frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
-        draw.text((left + INSET[0] // 2, top - LABEL // 2), "what the robot sees", INK, small, anchor="mm")
+        label = translate(N_("what the robot sees"), language)
+        draw.text((left + INSET[0] // 2, top - LABEL // 2), label, INK, small, anchor="mm")
     middle = outside.height + BAR // 2
     draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
     _dot(draw, 78, middle, 8, shot.eyes)
@@ -415,7 +417,7 @@ def film_frame(shot: Shot) -> Image.Image:
     return frame
 
 
-def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
+def write_strip(path: Path, shots: Sequence[Shot], title: str = "", language: str = "en") -> None:
     """Write six moments side by side: the robot from outside, what it saw, and what it said."""
     chosen = choose(shots)
     big, font, small = font_of(26, bold=True), font_of(20), font_of(16)
@@ -427,11 +429,11 @@ def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
     if title:
         draw.text((MARGIN, MARGIN - 12), _shorten(draw, title, big, width - 2 * MARGIN), INK, big)
     for k, shot in enumerate(chosen):
-        _tile(strip, shot, (MARGIN + k * (TILE[0] + GAP), head), font, small)
+        _tile(strip, shot, (MARGIN + k * (TILE[0] + GAP), head), font, small, language)
     strip.save(path)  # the best compression takes four times as long, for a twentieth less
 
 
-def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, small: Font) -> None:
+def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, small: Font, language: str) -> None:
     left, top = place
     draw = ImageDraw.Draw(strip)
     draw.text((left, top - 4), f"{shot.us / 1e6:.1f} s", INK, font)
@@ -445,8 +447,9 @@ def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, sm
         draw.rectangle((left, top, left + EYE[0] - 1, top + EYE[1] - 1), outline=EDGE)
     x, room = left + seen, TILE[0] - seen
     _dot(draw, x + 9, top + 10, 9, shot.eyes)
-    draw.text((x + 26, top + 10), "eyes", FAINT, small, anchor="lm")
-    lines = [(line, FAINT) for line in _wrap(draw, f"sees {shot.sees}", small, room, 2)] if shot.sees else []
+    draw.text((x + 26, top + 10), translate(N_("eyes"), language), FAINT, small, anchor="lm")
+    sees = translate(N_("sees {what}", what=shot.sees), language) if shot.sees else ""
+    lines = [(line, FAINT) for line in _wrap(draw, sees, small, room, 2)] if sees else []
     if shot.saying:
         lines += [(line, INK) for line in _wrap(draw, f"“{shot.saying}”", small, room, 5 - len(lines))]
     for k, (line, colour) in enumerate(lines):

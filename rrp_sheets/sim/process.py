@@ -55,6 +55,7 @@ class Spec:
     record: bool = False  # whether to record poses and camera pictures, for looking back at the run
     camera: bool = True  # whether pictures of the robot's camera may be kept
     title: str = ""  # shown on the strip
+    language: str = "en"  # of the captions of film and strip
     beside: str = ""  # the folder of the workbook, for its sounds; empty for none
     faces: str = ""  # the file that keeps remembered faces beyond the run, or empty
     dones: Mapping[str, str] = field(default_factory=dict)  # by actuator stream: the stream that gets reports of ends

@@ -197,7 +197,7 @@ class RunSession:
             "behaviours": [{"name": n, "on": on} for n, on in run_state.behaviours.items()],
             "sensors": [{"name": n, "device": d, "example": e} for n, d, e in start.sensors],
             "buttons": [{"stream": s, "label": label, "count": counts.get(s, 0)} for s, label in start.buttons],
-            "things": [{"name": n, "kind": k, "at": at} for n, k, at in start.things],
+            "things": [{"name": n, "title": title, "kind": k, "at": at} for n, title, k, at in start.things],
             "camera": {"hfov": start.hfov, "vfov": start.vfov},
             "resources": {start.actuators.get(s, s): list(r) for s, r in start.resources.items()},
         })  # fmt: skip

@@ -47,9 +47,10 @@ def facts(source: Source, this: Print) -> tuple[Labelled, ...]:
 
 def summary(source: Source, said: Sequence[Said]) -> str:
     """Describe the robot's behaviour in a few sentences."""
-    get, limit, streams = source.get, source.checked.run.time_limit_us, source.checked.graph.streams
-    occasions = [device_says(streams[s], source.words) for s in source.sensors if not source.is_button(s)]
-    occasions += [source.presses()] if source.buttons else []
+    get, limit = source.get, source.checked.run.time_limit_us
+    acting = source.occasions()
+    occasions = [device_says(stream, source.words) for s, stream in acting.items() if not source.is_button(s)]
+    occasions += [source.presses()] if any(map(source.is_button, acting)) else []
     if any(step.connector.passes and step.connector.passes.later for _, step in source.active):
         occasions.append(get("summary.clock"))
     occasions = list(dict.fromkeys(occasions))

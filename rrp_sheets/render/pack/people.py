@@ -16,7 +16,7 @@ def hand(source: Source) -> tuple[Hand, ...]:
     """Return a line for every button of the operator that rows take in; what follows an action's end is left out."""
     lines = []
     for button in source.buttons:
-        reached = [d for d in source.drivers if source.follows(d.step.ref, button)]
+        reached = [d for d in source.drivers if source.ways(d.step.ref, button)]
         names = [[clean(d.stream.name) for d in reached if d.stops is stops] for stops in (False, True)]
         does = (source.quoted(dict.fromkeys(part)) if part else source.get("nothing") for part in names)
         lines.append(Hand(source.label(button), source.sensors[button], *does))

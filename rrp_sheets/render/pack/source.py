@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.checks.dataflow import Paths
-from rrp_sheets.checks.facts import BLANK
+from rrp_sheets.checks.dataflow import Paths, Route, field_text
+from rrp_sheets.checks.facts import BLANK, exactly
 from rrp_sheets.checks.protocol import channel
 from rrp_sheets.checks.speech_texts import SpeechTexts
 from rrp_sheets.diagnostics import Diagnostic
@@ -130,16 +130,28 @@ class Source:
     def _rows(self) -> dict[str, Step]:
         return {step.ref: step for _, step in self.active}
 
-    def follows(self, place: str, sensor: str) -> bool:
-        """Return whether a stream, or a row by its ref, can get a value of a sensor without the end of an action.
+    def ways(self, place: str, sensor: str) -> list[Route]:
+        """Return the routes of a sensor's values to a stream, or to a row by its ref, without the end of an action.
 
-        Where there are too many routes it counts as one that can.
+        Where there are too many routes it is one without conditions.
         """
         routes = self._paths.of.get(place, ())
-        if routes is None or any(route.origin == sensor for route in routes):
-            return True
+        if routes is None:
+            return [Route(sensor)]
         waiting = [self._rows[r.origin.removeprefix("clock ")] for r in routes if r.origin.startswith("clock ")]
-        return any(self.follows(step.inputs[0], sensor) for step in waiting)
+        found = [route for route in routes if route.origin == sensor]
+        return found + [way for step in waiting for way in self.ways(step.inputs[0], sensor)]
+
+    def occasions(self) -> dict[str, Stream]:
+        """Return the sensor streams that trigger rows which drive actuators, as `pressed` when no release does."""
+        found = {}
+        for sensor in self.sensors:
+            stream = self.checked.graph.streams[sensor]
+            released = [(field_text(sensor, "pressed"), exactly(False))]
+            if ways := [way for driver in self.drivers for way in self.ways(driver.step.ref, sensor)]:
+                pressed = not any(self._paths.possible(replace(way, given=(*way.given, *released))) for way in ways)
+                found[sensor] = replace(stream, settings={**stream.settings, "pressed": "yes"}) if pressed else stream
+        return found
 
     def label(self, stream: str) -> str:
         """Return the label of a button, by default the name of its stream."""

@@ -34,13 +34,15 @@ _KINDS = {
     "say": (N_("said"), "say"), "command": (N_("command"), "gesture"), "person": (N_("a person"), "say"),
     "sound": (N_("played"), "sound"),
     "error": (N_("error"), "error"), "clamp": (N_("cut to its limit"), "warning"),
-    "mark": (N_("mark"), "flag"), "edit": (N_("edited"), "sheet"), "button": (N_("button"), "button"),
+    "note": (N_("note"), "mark"), "mark": (N_("mark"), "flag"),
+    "edit": (N_("edited"), "sheet"), "button": (N_("button"), "button"),
     "press": (N_("button"), "button"),
     "send": (N_("sent by hand"), "send"), "scene": (N_("scene, by hand"), "ball"),
     "put": (N_("moved by hand"), "ball"),
     "switch": (N_("switched"), "subscribe"), "speed": (N_("speed"), "run"), "pause": (N_("paused"), "pause"),
     "resume": (N_("went on"), "run"), "step": (N_("one frame on"), "step"),
 }  # fmt: skip
+_ENGINES = {"frame": N_("frame engine"), "event loop": N_("event loop engine")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -331,7 +333,7 @@ def _has(run: RunMetadata, words: str) -> bool:
 
 
 def _facts(metadata: RunMetadata) -> tuple[tuple[str, str, bool], ...]:
-    engine = metadata.engine and N_("{engine} engine", engine=metadata.engine)
+    engine = _ENGINES.get(metadata.engine, metadata.engine)
     rate = metadata.frame_rate and f"{metadata.frame_rate} Hz"
     found = (
         (N_("Began"), when(metadata.began), False),

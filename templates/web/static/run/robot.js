@@ -11,6 +11,10 @@ const MOVE = t("Drag an object to move it, drag elsewhere to look around");
 const FARTHEST = t("It cannot move farther this way.");
 const LATER = t("Drag to look around. In a run, drag objects too");
 
+let known = []; // the things of the scene
+/** The name of a thing in the language of its workbook. */
+const titled = (thing) => known.find(({ name }) => name === thing)?.title ?? thing;
+
 /** Fill `#robot3d`. */
 export async function robot3d(root) {
   root.classList.add("robot3d");
@@ -45,11 +49,11 @@ export async function robot3d(root) {
   };
   const hand = {
     limits: ways.map(([, least, most]) => [least, most]),
-    held(name) { caption.textContent = name ? t("{thing}: drag it to where it should be", { thing: name }) : LATER; },
+    held(name) { caption.textContent = name ? t("{thing}: drag it to where it should be", { thing: titled(name) }) : LATER; },
     moved(name, at, most) {
       move(name, at);
       const [ahead, aside, up] = at.map((metres) => Math.abs(metres).toFixed(2));
-      const places = { thing: name, ahead, aside, up };
+      const places = { thing: titled(name), ahead, aside, up };
       const place = at[1] < 0 ? t("{thing}: {ahead} m ahead of where the robot starts, {aside} m to its right, {up} m above the floor.", places)
         : t("{thing}: {ahead} m ahead of where the robot starts, {aside} m to its left, {up} m above the floor.", places);
       caption.textContent = most ? `${place} ${FARTHEST}` : place;
@@ -67,7 +71,8 @@ export async function robot3d(root) {
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== heard.run.id) heard.fresh = true;
     heard.run = detail;
-    stage?.know(detail.things ?? []);
+    known = detail.things ?? [];
+    stage?.know(known);
     if (!stage?.drag.grip || !takesActions(detail.phase)) words();
   });
   document.addEventListener("rrp:live", ({ detail }) => {
@@ -89,7 +94,7 @@ export async function robot3d(root) {
   }
   front.addEventListener("click", () => stage.orbit.front());
   describe(canvas, {}, stage.model);
-  stage.know(heard.run.things ?? []);
+  stage.know(known);
   words();
   show();
   root.dataset.ready = "";
@@ -112,7 +117,7 @@ async function open(canvas, hand) {
 
 // what a screen reader tells; it changes seldom enough to be asked for, and is never announced by itself
 function describe(canvas, { things = {}, saying = "" } = {}, { name = t("The robot") } = {}) {
-  const seen = Object.entries(things).map(([thing, [x, y]]) => t("{thing} {n} m away", { thing, n: Math.hypot(x, y).toFixed(1) }));
+  const seen = Object.entries(things).map(([thing, [x, y]]) => t("{thing} {n} m away", { thing: titled(thing), n: Math.hypot(x, y).toFixed(1) }));
   const parts = [t("{robot} in 3D", { robot: name }), saying && t("it says “{text}”", { text: saying }), seen.length ? listed(seen) : t("nothing near it")];
   const words = t("{what}. Arrow keys turn, plus and minus zoom, 0 is the front.", { what: parts.filter(Boolean).join("; ") });
   if (canvas.getAttribute("aria-label") !== words) canvas.setAttribute("aria-label", words);
@@ -156,7 +161,7 @@ export function robot(root) {
     if (yaw !== undefined && pitch !== undefined) fact(t("Head"), turned(yaw, pitch));
     fact(t("Eyes"), colour(seen.eyes));
     dot(facts.get(t("Eyes")), seen.eyes);
-    const names = Object.keys(seen.things);
+    const names = Object.keys(seen.things).map(titled);
     fact(t("Around it"), names.length ? listed(names) : t("nobody, nothing"));
   });
 

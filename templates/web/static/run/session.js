@@ -166,7 +166,7 @@ export function scene(root) {
     putBack();
     const part = things.get(detail.thing);
     if (!part) return;
-    put(card.querySelector("h3"), detail.thing);
+    put(card.querySelector("h3"), part.title);
     card.append(part.element);
     card.hidden = false;
   });
@@ -180,7 +180,7 @@ export function scene(root) {
     for (const part of [holder, ...card.querySelectorAll(".thing")].flatMap((place) => [...place.querySelectorAll("input, button, select")])) part.disabled = !on || part.closest("[data-absent] .hand-acts [data-needs]") !== null;
   }
 
-  function thing({ name, kind, at }) {
+  function thing({ name, title = name, kind, at }) {
     const rows = ways.slice(0, GROUNDED.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
     let usersUntil = 0; // ms: the sliders are the user's, and do not follow the thing
     let absent = false;
@@ -192,9 +192,9 @@ export function scene(root) {
     }
     const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
     const away = make("p", { className: "quiet", textContent: t("Not in the scene now. Move a slider, and it appears there."), hidden: true });
-    const element = make("section", { className: "thing" }, make("h3", { textContent: name }), sliders, away, acts(name, kind));
+    const element = make("section", { className: "thing" }, make("h3", { textContent: title }), sliders, away, acts(name, kind));
     const part = {
-      name, element,
+      name, title, element,
       at(place) {
         away.hidden = Boolean(place);
         if (element.toggleAttribute("data-absent", !place) !== absent) {
