@@ -214,7 +214,7 @@ def test_a_japanese_print_of_an_english_workbook_has_only_its_own_words_in_engli
     for shown in ("顔（Face）", "頻度（Rate）：2 Hz", "入ってくる", "位置 1.1, 0.15", "Mia"):
         assert shown in cells
     assert not {"enters", "leaves", "at 1.1, 0.15"} & set(cells)
-    assert "シート リスク" in [field.where for field in pack.missing]
+    assert "「リスク」シート" in [field.where for field in pack.missing]
 
 
 def test_a_gesture_without_quotes_is_put_into_them(tmp_path: Path) -> None:
