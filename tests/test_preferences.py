@@ -62,9 +62,8 @@ def test_the_menu_closes_when_one_goes_elsewhere(page: Any) -> None:
 
 def test_during_a_run_nothing_flashes_or_fades(browser: Any, url: str, folder: Any) -> None:
     make_workbook(BOOK, folder / "b.xlsx")
-    panel = Panel(browser, url)
+    panel = Panel(browser, url, reduced_motion="reduce")
     page = panel.page
-    page.emulate_media(reduced_motion="reduce")
     panel.run()
     moving = """() => [...document.querySelectorAll("*")].map((one) => getComputedStyle(one))
       .filter((style) => parseFloat(style.transitionDuration) > 0 || style.animationName !== "none").length"""

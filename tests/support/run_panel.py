@@ -68,11 +68,12 @@ def _told(world: SimWorld) -> dict[str, Any]:
 
 
 class Panel:
-    """The run panel, told what a run would tell it."""
+    """The run panel, told what a run would tell it; `media` is what the browser says of its user's wishes."""
 
-    def __init__(self, browser: Any, url: str) -> None:
+    def __init__(self, browser: Any, url: str, **media: Any) -> None:
         self.real = real_moment()
         self.page = PAGES.take(browser, url, viewport={"width": 1280, "height": 900})
+        self.page.emulate_media(**media)
         self.context, self.errors = self.page.context, self.page.problems
         self._looks: list[bool] = []
         self.page.route("**/run/look", self._look)
