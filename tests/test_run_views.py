@@ -304,3 +304,11 @@ def test_a_phone_shows_of_each_row_its_number_output_and_value(panel: Panel) -> 
     eventually(lambda: len(row.evaluate(script)) > 5)
     page.get_by_role("button", name="All columns").click()
     page.set_viewport_size({"width": 1280, "height": 900})
+
+
+def test_a_press_of_restart_is_not_lost_when_its_reason_changes(panel: Panel) -> None:
+    panel.run(restart="Row 3 has another output stream.")
+    restart = panel.page.locator("#run-notice button").element_handle()
+    panel.run(restart="Tracking has more active rows.")
+    expect(panel.page.locator("#run-notice")).to_contain_text("Tracking has more active rows.")
+    becomes(lambda: restart.evaluate("button => button.isConnected"), True)

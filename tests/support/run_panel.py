@@ -100,12 +100,13 @@ class Panel:
         script = "([event, detail]) => document.dispatchEvent(new CustomEvent(event, { detail }))"
         self.page.evaluate(script, [event, detail])
 
-    def run(self, phase: str = "running") -> None:
+    def run(self, phase: str = "running", **more: Any) -> None:
         self.page.evaluate("phase => { document.body.dataset.run = phase; }", phase)
         self.tell("rrp:run", id="r1", phase=phase, book="b.xlsx", t=0, camera=self.real.camera, mode="simulated",
                   behaviours=[], sensors=[], buttons=[], ended=None,
                   things=[{"name": "Red ball", "kind": "ball", "at": None}],
-                  resources={"Head tracker": ["head"], "Say": ["voice"]}, rows={})  # fmt: skip
+                  resources={"Head tracker": ["head"], "Say": ["voice"]}, rows={},
+                  **more)  # fmt: skip
 
     def live(self, **detail: Any) -> None:
         self.tell("rrp:live", **detail)

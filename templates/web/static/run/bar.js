@@ -25,6 +25,8 @@ export function bar(root) {
   const notice = document.getElementById("run-notice");
   const lookback = document.getElementById("run-lookback");
   const openDialog = dialog(root);
+  const notUsed = make("span");
+  const again = button(t("Restart"), () => act("restart"), SMALL);
   let vanishing = 0;
   let state = { phase: "none" };
   let elsewhere = { phase: "none" };
@@ -147,8 +149,9 @@ export function bar(root) {
         ...(state.folder ? [link(t("Open the recording"), `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
         button(t("Show example values again"), () => act("clear"), SMALL));
     } else if (unused) {
-      notice.replaceChildren(make("span", { textContent: t("Still running the old rows. {why}", { why: restart }) }),
-        ...(errors ? [] : [button(t("Restart"), () => act("restart"), SMALL)]));
+      put(notUsed, t("Still running the old rows. {why}", { why: restart }));
+      const parts = errors ? [notUsed] : [notUsed, again];
+      if (notice.lastChild !== parts.at(-1)) notice.replaceChildren(...parts); // else it is told anew, and a press of the button goes on
     }
   }
 

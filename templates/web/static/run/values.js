@@ -16,7 +16,7 @@ const HANDS_OFF = 8000; // ms since somebody last used the table
 const PACE = 2500; // ms between two moves of the table: one can read what is shown
 const KEPT = "run-follow"; // the key of the switch in the browser's storage
 const CALM_TICKS = 5; // of the ages, after which they are drawn again where nothing is to move by itself
-const TITLES = { ended: t("Last value, run ended"), looking: t("Value then, and its age") };
+const TITLES = { ended: t("Last value, run ended"), looking: t("Value and age then") };
 
 export function values(grid) {
   const head = [...grid.tHead.rows[0].cells].find((h) => h.classList.contains("of-example") || h.classList.contains("example"));
