@@ -121,7 +121,7 @@ function player({ table, scroll, selection, say }) {
     const [{ row, kind }] = known;
     selection.go(table.row(row), table.ofKind(kind));
     setTimeout(() => goes && ["keydown", "pointerdown"].forEach((event) => window.addEventListener(event, end, true)));
-    say(t("This is how it looks. Nothing is written: do it yourself."));
+    say(t("This is an example. Nothing was changed in your workbook: now do it yourself."));
     for (const cell of known) {
       if (!await write(cell, shown, () => goes)) return;
     }
