@@ -398,5 +398,5 @@ def test_comment_rows_group_the_sentences_and_every_field_is_printed(tmp_path):
     pack = pack_of(workbook(tmp_path, rows, protocol="| Weather | Fine |\n| Consent | A parent signs |"))
     assert [s.group for s in pack.behaviours[0].sentences] == ["First part", ""]
     assert [(s.label, s.text) for s in pack.statements] == [("Weather", "Fine")]
-    assert ("Consent", "A parent signs", True) in [(c.label, c.text, c.stated) for c in pack.consent]
+    assert ("Consent and capacity", "A parent signs", True) in [(c.label, c.text, c.stated) for c in pack.consent]
     assert "Contact" in [lack.name for lack in pack.missing]

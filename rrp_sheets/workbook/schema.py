@@ -416,8 +416,9 @@ _FIELDS = (
     ProtocolField("Funding and conflicts of interest", prompt=N_("Who pays for the study, and who has another interest "
                   "in it, such as the maker of the robot."), synonyms=("資金と利益相反", "Funding"), asked="always"),
     ProtocolField("Insurance", prompt=N_("Which insurance covers participants."), synonyms=("保険",), asked="always"),
-    ProtocolField("Other permissions", prompt=N_("Who else has to agree: the school, the clinic, another board."),
-                  synonyms=("その他の許可",), asked="always"),
+    ProtocolField("Permissions and conformity", prompt=N_("Who else has to agree: the school, the clinic, another "
+                  "board. Which standards the robot conforms to (CE), and whether it is used as a medical device."),
+                  synonyms=("許可と適合性", "その他の許可", "Other permissions"), asked="always"),
     ProtocolField("Attachments", prompt=N_("What belongs to this protocol: information sheets, consent forms, "
                                            "questionnaires."), synonyms=("添付書類",), asked="always"),
     # participants
@@ -474,9 +475,9 @@ _FIELDS = (
     # consent
     ProtocolField("Information sheets", prompt=N_("What participants, and parents or guardians, get to read: which "
                   "sheet, from whom, when and in which language."), synonyms=("説明文書",), asked="always"),
-    ProtocolField("Consent", prompt=N_("Who agrees, and how: participants, parents, and the operator, whose actions "
-                  "are saved too. How long they can think, and who decides for a person who cannot."),
-                  synonyms=("同意",), asked="always"),
+    ProtocolField("Consent and capacity", prompt=N_("Who agrees, and how: participants, parents, and the "
+                  "operator, whose actions are saved too. How long they can think, and who decides for a person who "
+                  "cannot."), synonyms=("同意と同意能力", "同意", "Consent"), asked="always"),
     ProtocolField("Assent", prompt=N_("How each child is asked, in words that it understands."),
                   synonyms=("子どもへの説明と同意",), asked="children"),
     ProtocolField("Dissent", prompt=N_("The signs by which a child says no without words, and what happens then."),

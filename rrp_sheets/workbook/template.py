@@ -96,7 +96,8 @@ _FIRST_VALUES = {
 }  # fmt: skip
 _HEADINGS = {
     "Investigators": N_("The study"), "Participants": N_("The participants"), "Data kept": N_("Data"),
-    "Consent": N_("Consent"), "Participants are told": N_("What a person does by hand"), "Robot": N_("How it runs"),
+    "Consent and capacity": N_("Consent"), "Participants are told": N_("What a person does by hand"),
+    "Robot": N_("How it runs"),
 }  # fmt: skip
 """The comments that stand above some fields of a new Protocol sheet."""
 

@@ -151,7 +151,7 @@ class _Writer:
 
     def is_open(self) -> bool:
         """Return whether the Protocol sheet does not state yet how one says no and stops, which the page promises."""
-        return bool({"Consent", "Assent", "Dissent", "Withdrawal"} & {*self.study.missing_fields()})
+        return bool({"Consent and capacity", "Assent", "Dissent", "Withdrawal"} & {*self.study.missing_fields()})
 
     def intro(self, robot: str) -> SheetPart:
         """Say who the robot is, and where."""

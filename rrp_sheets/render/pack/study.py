@@ -17,14 +17,14 @@ STUDY = (
     "Why these participants", "Number of participants",
     "Inclusion and exclusion", "Recruitment", "Compensation", "Sessions", "Place", "Period", "Present", "Distance kept",
     "Robot used", "Ending the study", "Feedback", "Investigators", "Training and background checks",
-    "Other permissions", "Funding and conflicts of interest", "Insurance", "Attachments",
+    "Permissions and conformity", "Funding and conflicts of interest", "Insurance", "Attachments",
 )  # fmt: skip
 BENEFITS = ("Benefits", "Adverse events and safeguarding", "Incidental findings")
 DATA = (
     "Data kept", "Other data", "Retention", "Lawful basis and impact assessment", "Responsible for the data",
     "Face data", "Access", "Code key", "Encryption", "Sharing",
 )  # fmt: skip
-CONSENT = ("Information sheets", "Consent", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
+CONSENT = ("Information sheets", "Consent and capacity", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
 OPERATOR = ("Participants are told", "Reason for concealment", "Debriefing")
 FRONT = (
     "Title", "Authors", "Version", "Ethics reference", "Contact", "Purpose", "What happens", "What participants do",
