@@ -92,7 +92,6 @@ export class Editor {
     if (first === null) {
       [this.field, this.waiting] = [this.waiting, null];
       this.box.className = "editor";
-      this.scroll.classList.remove("waits");
     } else {
       this.drop();
       this.build(k);
