@@ -93,6 +93,31 @@ def test_delete_undo_and_redo_tell_what_and_lead_there(grid) -> None:
     eventually(lambda: grid.here == "B3" and grid.text("C3") == "filter")
 
 
+def test_keys_work_anywhere_but_behind_a_dialog(grid) -> None:
+    for text in ("one", "two", "three"):
+        grid.go("F3")
+        grid.write(text)
+    grid.page.locator("#grid-scroll").focus()  # around the cells
+    grid.press("Control+z")
+    grid.status("Undone: F3 is “two” again.")
+    grid.saved()
+    becomes(lambda: grid.text("F3"), "two")
+    grid.page.locator("[data-do=name]").click()
+    grid.page.evaluate("document.activeElement.blur()")
+    grid.press("Control+z")
+    grid.page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    grid.press("Control+s")
+    grid.status("Everything that you enter is saved at once.")
+    assert grid.text("F3") == "two"
+    grid.write("typed", then="Control+s")
+    grid.expect("F3", "typed")
+    expect(grid.cell("F3")).to_be_focused()
+    grid.go("B2")
+    grid.press("Control+h")
+    expect(grid.page.locator("#find-bar [name=find]")).to_be_focused()
+    grid.press("Escape")
+
+
 TSV = '"say ""hi"""\t"line 1\nline 2"\r\nplain\t\r\n'
 
 

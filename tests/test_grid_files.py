@@ -132,8 +132,8 @@ def test_an_input_method_composes_from_its_first_key_in_a_selected_cell(shelf: B
             session.send("Input.dispatchKeyEvent", {"type": kind, "key": "Process", "windowsVirtualKeyCode": 229})
         session.send("Input.imeSetComposition", {"text": text, "selectionStart": len(text), "selectionEnd": len(text)})
 
-    stop = "addEventListener('keydown', ({ keyCode }) => keyCode === 229 && (window.composed = (window.composed ?? 0) + 1), true)"
-    grid.page.evaluate(stop)
+    count = "addEventListener('keydown', ({ keyCode }) => keyCode === 229 && (window.composed = (window.composed ?? 0) + 1), true)"
+    grid.page.evaluate(count)
     grid.go("F3")
     for text in ("k", "こ", "こど"):
         compose(text)
@@ -156,6 +156,12 @@ def test_an_input_method_composes_from_its_first_key_in_a_selected_cell(shelf: B
     grid.expect("F4", "")
     grid.press("Control+Home", "Shift+Tab")  # out of the sheet
     becomes(lambda: grid.page.evaluate("document.activeElement.closest('td, .editor') === null"), True)
+    grid.go("F2")
+    compose("みぎ")
+    expect(field).to_have_value("みぎ")
+    grid.page.locator("[data-do=name]").focus()  # away from the sheet
+    grid.expect("F2", "みぎ")
+    expect(grid.page.locator(".waits, .typing, .editor, .waiting")).to_have_count(0)
     grid.close()
 
 

@@ -1,4 +1,4 @@
-"""The status line: a message goes after a time, a warning later, an error when it is closed or something else is done."""
+"""The status line: a message goes after a time, a warning later, an error or one with buttons when it is closed or an edit is made."""
 
 from __future__ import annotations
 
@@ -112,6 +112,24 @@ def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed
     grid.write("z")  # this is done, and the error is still to be read
     expect(error).to_have_text("Not now.")
     grid.passes(6)
+    expect(grid.line).to_be_empty()
+
+
+def test_a_message_with_buttons_stays_until_it_is_closed_or_an_edit_is_made(grid: Timed) -> None:
+    undo = grid.page.locator(".status-line").get_by_role("button", name="Undo")
+    for name in ("Far", "Further"):
+        grid.go("E2")
+        grid.write(name)
+        expect(grid.line).to_contain_text(f"is now “{name}” in")
+        grid.passes(3600)
+        expect(undo).to_be_visible()
+        if name == "Far":
+            grid.page.get_by_role("button", name="Close the message").click()
+            expect(undo).to_have_count(0)
+    grid.go("A4")
+    grid.press("Control++")  # one that is no change of cells
+    grid.passes(6)
+    expect(undo).to_have_count(0)
     expect(grid.line).to_be_empty()
 
 

@@ -257,6 +257,8 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     becomes(lambda: {one.get_attribute("aria-describedby") for one in (canvas, head)}, {"touch-hint"})
     head.focus()
     becomes(hint.inner_text, "Head: click to touch, hold to keep touching")
+    panel.run()  # told again, as with each change of the run
+    expect(hint).to_have_text("Head: click to touch, hold to keep touching")
     head.blur()
     page.mouse.move(*middle("Chest"))
     becomes(hint.inner_text, "Chest: click to touch, hold to keep touching")

@@ -106,6 +106,7 @@ def test_a_session_is_in_japanese_from_the_workbook_to_the_recording(reader: Gri
     assert not english(page), english(page)
     page.goto(f"{url}{place}/lookback")
     eventually(lambda: page.locator("table.ran-rows tr").count() > 0)
+    expect(page.locator("table.ran-rows .sensor .only-spoken").first).to_have_text("センサー")
     assert not english(page), english(page)
     page.goto(f"{url}{place}/replay")
     expect(page.locator("main [role=status]")).to_contain_text("同じです")

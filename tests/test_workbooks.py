@@ -30,11 +30,11 @@ THERAPY = [
 """Of these test_sar_workbooks.py tells more."""
 EXPECTED_WARNINGS: dict[str, list[tuple[str]]] = {"complex-tracking": [("LINT001",)]}
 
-ALIKE = {
+COVERED = {
     "complex-tracking-fixed", "debugging-exercise", "distance-to-brightness", "greeter", "say-ball-colour-ja",
     "say-ball-colour-merge", "simple-tracking",
 }  # fmt: skip
-"""Workbooks whose runs are nearly those of another, or run in other files' tests."""
+"""Workbooks whose runs are nearly those of another, or are looked at by another test here."""
 FILMED = "complex-tracking"
 FASTER = {
     "complex-tracking": 3, "complex-tracking-fixed": 3, "debugging-exercise": 5, "distance-to-brightness": 5, "greeter": 5,
@@ -98,6 +98,7 @@ def ran(request, tmp_path_factory):
         settings = api.RunSettings(seconds=end, fast=True, out=folder, film=look, camera=look)
         _, result = api.run(path, settings)
         assert result is not None and result.broken is None
+        assert (result.summary.ended, result.summary.errors) == ("time", {})
         return Ran(path, folder, result, pace)
 
     return run
@@ -140,11 +141,9 @@ def test_its_markdown_twin_says_the_same(name):
     ]
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ALIKE)) for name in NAMES])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in COVERED)) for name in NAMES])
 def test_it_runs_for_its_scene_without_errors(ran, name):
     run = ran(name)
-    assert run.result.summary.errors == {}
-    assert run.result.summary.ended == "time"
     assert [e for e in run.lines if e.get("happening") == "error"] == []
     assert sum(run.result.summary.commands.values()) > 0
 

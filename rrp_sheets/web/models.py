@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 from functools import reduce
@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import StreamKind
 from rrp_sheets.page_texts import in_language
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook.schema import Column
@@ -24,6 +25,11 @@ _COUNTED = {
     "error": (N_("{n:,} error"), N_("{n:,} errors")), "warning": (N_("{n:,} warning"), N_("{n:,} warnings")),
     "behaviour": (N_("{n:,} behaviour"), N_("{n:,} behaviours")), "row": (N_("{n:,} row"), N_("{n:,} rows")),
     "run": (N_("{n:,} run"), N_("{n:,} runs")),
+}  # fmt: skip
+
+STREAM_KINDS: Mapping[str, str] = {
+    StreamKind.SENSOR.value: N_("sensor"), StreamKind.ORDINARY.value: N_("stream"),
+    StreamKind.ACTUATOR.value: N_("actuator"), StreamKind.DONE.value: N_("done"),
 }  # fmt: skip
 
 

@@ -22,17 +22,13 @@ from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import Head
+from rrp_sheets.web.models import STREAM_KINDS, Head
 from rrp_sheets.workbook.comments import Thread
 from rrp_sheets.workbook.looks import Look, shade
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
 
 Numbered = list[tuple[int, Diagnostic]]
 _SEVERITIES = {"error": N_("Error"), "warning": N_("Warning"), "info": N_("Info")}
-_KINDS = {
-    StreamKind.SENSOR.value: N_("sensor"), StreamKind.ORDINARY.value: N_("stream"),
-    StreamKind.ACTUATOR.value: N_("actuator"), StreamKind.DONE.value: N_("done"),
-}  # fmt: skip
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
 _MOST_TOLD = 300  # characters of a comment
 _BODY = 50  # rows; as many as grid.js makes them
@@ -229,7 +225,7 @@ class RowRenderer:
 
     def _named(self, name: str, language: str) -> str:
         kind = self._streams.get(key(name), "")
-        spoken = f'<span class="only-spoken">{_said(_KINDS[kind], language)} </span>' if kind else ""
+        spoken = f'<span class="only-spoken">{_said(STREAM_KINDS[kind], language)} </span>' if kind else ""
         return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
 
 

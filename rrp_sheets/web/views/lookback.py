@@ -15,7 +15,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.texts import sentences
-from rrp_sheets.web.models import KindText, error_text, script_json, show
+from rrp_sheets.web.models import STREAM_KINDS, KindText, error_text, script_json, show
 from rrp_sheets.web.requests import page_language, run_or_404
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
@@ -53,6 +53,7 @@ class LookbackPage:
     """Page for looking back at a run, or its `trouble`; `why` says why the rows are missing, `ids` has them by refs."""
 
     template: ClassVar[str] = "lookback.html"
+    kinds: ClassVar[Mapping[str, str]] = STREAM_KINDS
     line: RunLine
     seconds: float
     sheets: tuple[RanSheet, ...]

@@ -80,7 +80,7 @@ export const COMMANDS = [
   { at: "page", keys: ["Ctrl+z"], when: elsewhere, run: (grid) => grid.undo() },
   { at: "page", keys: ["Ctrl+y", "Ctrl+Shift+z"], when: elsewhere, run: (grid) => grid.redo() },
   { told: "Ctrl + S", help: "is not needed: everything that you enter is saved at once",
-    at: "page", keys: ["Ctrl+s"], run: (grid) => grid.say(t("Everything that you enter is saved at once.")) },
+    at: "page", keys: ["Ctrl+s"], run: (grid) => (grid.editor.close(true, null), grid.say(t("Everything that you enter is saved at once."))) },
 
   { section: "Copying", told: "Ctrl + C, X, V", help: "copies, cuts, pastes, also from and to Excel and LibreOffice" }, // the browser's own: clipboard.js
   { name: "cut", label: t("Cut"), keys: ["Ctrl+x"], run: ({ clipboard }) => clipboard.cut() },
@@ -133,13 +133,20 @@ export const COMMANDS = [
     when: (place, { key, repeat, target }) => !repeat && !target.closest?.(TYPED) && nth(place, key)?.disabled === false, run: (place, { key }) => nth(place, key).click() },
   // browsers let a page have these, though they change the tab by them where a page does not take them
   { told: "Ctrl + 1 to 8", help: "choose what is shown below the rows", at: "views", keys: [..."12345678"].map((key) => `Ctrl+${key}`),
-    when: (tabs, { key }) => Number(key) <= tabs.length && !document.querySelector("dialog[open]"), run: (tabs, { key }) => tabs[Number(key) - 1].click() },
+    when: (tabs, { key }) => Number(key) <= tabs.length && noDialog(), run: (tabs, { key }) => tabs[Number(key) - 1].click() },
 ];
 
-// a field has its own undo, and the grid's cells have it above
-function elsewhere(grid, { target }) {
-  return !target.closest?.(TYPED);
+function noDialog() {
+  return !document.querySelector("dialog[open]");
 }
+
+// a field has its own undo, a cell the entries above
+function elsewhere(grid, { target }) {
+  return !target.closest?.(TYPED) && noDialog();
+}
+
+/** True for a key that belongs to an input method, as Enter at the end of what it composes; Safari tells that by the code alone. */
+export const isComposed = ({ isComposing, keyCode }) => isComposing || keyCode === 229;
 
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const COLUMN = ["fitColumn", "filter", "filterAgain", "showAll"];

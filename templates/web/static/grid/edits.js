@@ -6,6 +6,7 @@ import { button, make } from "../elements.js";
 import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
+import { done } from "./spoken.js";
 
 const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "comment", "look", "undo", "redo", "fix", "column"]);
 const OWN = new Set(["cells", "insert", "delete", "move", "comment", "look"]); // edits of this sheet alone, whatever its name is by now
@@ -108,6 +109,7 @@ export class Server {
     const whole = { ...body, tag, request: id, sheet: this.sheet, client: this.client, name: this.name };
     if (id) {
       this.edits++;
+      done();
       this.unsent.add(id, action, JSON.stringify(whole));
     }
     if (action === "cells") this.next = whole;

@@ -1,6 +1,7 @@
 // Find and replace in the sheet that is shown, or in all sheets, with a list of what was found.
 
 import { UNREACHED, request } from "../api.js";
+import { isComposed } from "../commands.js";
 import { button, make, put } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
 import { key } from "./editor.js";
@@ -31,7 +32,7 @@ export function finder(grid) {
   });
   for (const part of [bar, list]) {
     part.addEventListener("keydown", (event) => {
-      if (event.key === "Escape" && !event.isComposing && event.keyCode !== 229) close();
+      if (event.key === "Escape" && !isComposed(event)) close();
     });
   }
   bar.addEventListener("click", (event) => {

@@ -1,6 +1,6 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
-import { press } from "../commands.js";
+import { isComposed, press } from "../commands.js";
 import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
 import { Editor, key } from "./editor.js";
@@ -14,7 +14,7 @@ import { Renaming } from "./renaming.js";
 import { Looks } from "./looks.js";
 import { Rows } from "./rows.js";
 import { pointer, Selection } from "./selection.js";
-import { done, Spoken, status } from "./spoken.js";
+import { Spoken, status } from "./spoken.js";
 import { StatusBar } from "./status_bar.js";
 import { HEADER, Threads } from "./threads.js";
 import { Columns } from "./widths.js";
@@ -92,7 +92,7 @@ export class Grid {
 
   /** A key in the sheet, unless an input method is at work. */
   key(event) {
-    if (event.isComposing || event.keyCode === 229) return; // Enter ends what an input method composes
+    if (isComposed(event)) return;
     if (this.editor.isOpen) press("editor", event, this);
     else if (this.selection.head && !event.target.closest("button, [role=menu]") && !press("cell", event, this) && event.key === "Tab") this.editor.leave();
   }
@@ -192,7 +192,6 @@ export class Grid {
       this.table.put(cell, text);
     }
     if (changes.length || carried.length) this.store(changes, { carried });
-    done();
     this.stand();
   }
 
@@ -243,7 +242,6 @@ export class Grid {
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
       this.store([change], { rename: !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell), devices });
-      done();
     }
     const { row } = this.selection;
     const { k } = this.selection.head;

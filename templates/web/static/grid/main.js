@@ -103,7 +103,7 @@ if (grid) {
   grid.people = people(grid, listen);
   grid.help = help(grid);
   rowWords(grid);
-  document.addEventListener("keydown", (event) => press("page", event, grid));
+  document.addEventListener("keydown", (event) => event.defaultPrevented || press("page", event, grid)); // else a cell, say, has taken it
   splitter();
   sheetTabs(grid, listen);
   renewed(grid, listen);

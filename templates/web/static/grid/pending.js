@@ -1,6 +1,7 @@
 // Input that waits for an undo or a fix, and the order of rows. While only the server knows the next state of the sheet, input
 // is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
+import { isComposed } from "../commands.js";
 import { t } from "../texts.js";
 import { copiedOf, insert, NOTHING } from "./clipboard.js";
 
@@ -144,7 +145,7 @@ export class Held {
   keydown(event) {
     const { key, code, ctrlKey, metaKey, altKey, shiftKey } = event;
     const control = ctrlKey || metaKey;
-    if (event.isComposing || event.keyCode === 229 || SILENT.has(key) || /^F(1|[3-9]|1\d)$/.test(key)) return null;
+    if (isComposed(event) || SILENT.has(key) || /^F(1|[3-9]|1\d)$/.test(key)) return null;
     if (control && /^[cxvrtwnlp]$/i.test(key)) return null; // the clipboard's have events of their own; the browser's
     return () => this.press({ key, code, ctrlKey, metaKey, altKey, shiftKey });
   }

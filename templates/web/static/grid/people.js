@@ -1,6 +1,7 @@
 // Other people: who is here, and where; one's own name, which the browser keeps; two who have edited the same cell.
 
 import { isNamed, shownName } from "../api.js";
+import { isComposed } from "../commands.js";
 import { button, make } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
 import { open } from "./dialog.js";
@@ -57,7 +58,7 @@ export function people(grid, listen) {
       dialog.close();
     };
     field.addEventListener("keydown", (event) => {
-      if (event.key !== "Enter" || event.isComposing || event.keyCode === 229) return;
+      if (event.key !== "Enter" || isComposed(event)) return;
       event.preventDefault(); // else the button that has the focus again would be pressed by it
       keep();
     });

@@ -143,7 +143,7 @@ function words(mend) {
 }
 
 // The status line below the sheet. A message goes by itself after a time that suffices to read it; a warning stays longer,
-// and an error until something else is done or it is closed. None goes while the pointer or the focus is on it, or while
+// and an error, or one with buttons, until something else is done or it is closed. None goes while the pointer or the focus is on it, or while
 // the page is out of sight.
 
 const line = document.getElementById("status");
@@ -161,8 +161,8 @@ export function status(text, kind = "told", acts = []) {
   if (line.textContent === text && line.classList.contains("is-error")) return; // said again and again while it lasts
   line.textContent = text;
   for (const name of ["warning", "error"]) line.classList.toggle(`is-${name}`, name === kind);
-  button.hidden = kind === "told" || !text;
-  left = acts.length ? Infinity : SHOWN_MS[kind] + LETTER_MS * text.length; // what can be pressed stays until something else is done
+  button.hidden = !text || (kind === "told" && !acts.length);
+  left = acts.length ? Infinity : SHOWN_MS[kind] + LETTER_MS * text.length;
   since = Date.now();
   go();
 }
@@ -172,7 +172,7 @@ export function over(text) {
   if (line && text && line.textContent === text) clear();
 }
 
-/** Something else was done: an error, or what could be pressed, has been seen by then, or soon. */
+/** An edit is made: an error, or a message with buttons, has been seen by then, or soon. */
 export function done() {
   if (!line?.textContent || left !== Infinity) return;
   left = ERROR_STAYS_MS;

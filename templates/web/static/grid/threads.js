@@ -2,7 +2,7 @@
 // A text that was not sent stays in the tab, also over a reload.
 
 import { UNREACHED, isNamed, request, shownName } from "../api.js";
-import { hintOf } from "../commands.js";
+import { hintOf, isComposed } from "../commands.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
 import { open as openDialog } from "./dialog.js";
@@ -146,7 +146,7 @@ export class Threads {
   }
 
   keydown(event) {
-    if (event.isComposing) return;
+    if (isComposed(event)) return;
     if (event.key === "Escape") {
       event.preventDefault();
       event.stopPropagation(); // one press closes the panel: two stop a run

@@ -1,6 +1,7 @@
 // The sheet for who has two keys (a switch, say): Tab goes to the next cell or suggestion, Enter opens the cell or takes the suggestion.
 // After the first blank row Tab leaves the sheet, and comes back to its beginning.
 
+import { isComposed } from "../commands.js";
 import { hasTwoKeys } from "../preferences.js";
 import { t } from "../texts.js";
 
@@ -9,7 +10,7 @@ export function twoKeys(grid) {
 
   scroll.addEventListener("keydown", (event) => {
     const { key, shiftKey, ctrlKey, altKey, metaKey } = event;
-    if (!hasTwoKeys() || shiftKey || ctrlKey || altKey || metaKey || event.isComposing || event.keyCode === 229 || !["Tab", "Enter"].includes(key)) return;
+    if (!hasTwoKeys() || shiftKey || ctrlKey || altKey || metaKey || isComposed(event) || !["Tab", "Enter"].includes(key)) return;
     if (!editor.isOpen && (!selection.cell || event.target.closest("button"))) return;
     if (key === "Tab" && !editor.isOpen) {
       if (!leaves()) return;

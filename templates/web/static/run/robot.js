@@ -45,7 +45,7 @@ export async function robot3d(root) {
     const on = takesActions(heard.run.phase);
     stage?.drag.allow(on);
     stage?.touch.allow(on);
-    caption.textContent = on && heard.run.things?.length ? MOVE : TURN;
+    caption.textContent = on && known.length ? MOVE : TURN;
   };
   const hand = {
     limits: ways.map(([, least, most]) => [least, most]),

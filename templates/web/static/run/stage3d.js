@@ -283,7 +283,7 @@ export class Orbit extends OrbitControls {
   constructor(element, camera, changed) {
     camera.up.set(0, 0, 1); // the controls read it once
     super(camera, element);
-    element.style.touchAction = ""; // as the style sheet says: a finger may scroll the page
+    Object.assign(element.style, { touchAction: "", cursor: "" }); // as the style sheet says: a finger may scroll the page
     Object.assign(this, { enablePan: false, minDistance: NEAREST, maxDistance: FARTHEST, minPolarAngle: STEEPEST, maxPolarAngle: LOWEST });
     this.distance = 0; // this and the azimuth are of the framed view
     this.changed = changed;

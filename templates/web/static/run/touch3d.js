@@ -3,7 +3,7 @@
 
 import * as THREE from "/vendor/js/three.module.js";
 import { act } from "../api.js";
-import { make } from "../elements.js";
+import { make, put } from "../elements.js";
 import { t } from "../texts.js";
 import { STEADY } from "./drag3d.js";
 
@@ -40,10 +40,10 @@ export class Touch {
         if (!event.repeat) this.begin(one, {});
       });
       one.mark.addEventListener("keyup", (event) => presses(event) && this.end(true));
-      one.mark.addEventListener("focus", () => this.explain(one));
+      one.mark.addEventListener("focus", () => this.explain());
       one.mark.addEventListener("blur", () => {
         this.end(false);
-        this.explain(this.shown);
+        this.explain();
       });
       one.mark.addEventListener("click", () => touch(one.zone, "once")); // by a screen reader
     }
@@ -58,13 +58,14 @@ export class Touch {
     }
     for (const { mark: button } of this.zones) button.disabled = !on;
     this.hint.hidden = !on;
-    this.explain(this.shown);
+    this.explain();
   }
 
-  /** Tell in the corner of the picture how a zone is touched, or that there are some. */
-  explain(one) {
+  /** Tell in the corner of the picture how the zone under the pointer or with the focus is touched, or that there are some. */
+  explain() {
+    const one = this.shown ?? this.zones.find((each) => each.mark === document.activeElement);
     const words = one ? t("{zone}: click to touch, hold to keep touching", { zone: one.label }) : t("Click the robot to touch it");
-    if (this.hint.textContent !== words) this.hint.textContent = words;
+    put(this.hint, words);
   }
 
   begin(one, { clientX, clientY }) {
@@ -103,7 +104,7 @@ export class Touch {
     this.shown = one;
     for (const each of this.zones) each.mark.classList.toggle("under", each === one);
     this.stage.canvas.classList.toggle("on-zone", Boolean(one));
-    this.explain(one);
+    this.explain();
   }
 
   /** The zone under a pointer, of the part of the robot that is in front. */
