@@ -162,9 +162,9 @@ class Source:
         """Return `“a”, “b” and “c”`."""
         return self.words.listed([self.words.get("name.quoted", name=n) for n in names], joiner)
 
-    def presses(self) -> str:
-        """Return `the operator presses “a” or “b”`, with the buttons that rows take in."""
-        return self.get("summary.presses", list=self.quoted((self.label(s) for s in self.buttons), "or"))
+    def presses(self, buttons: Iterable[str]) -> str:
+        """Return `the operator presses “a” or “b”`, for ids of buttons."""
+        return self.get("summary.presses", list=self.quoted(map(self.label, buttons), "or"))
 
     def listed_cells(self, cells: Iterable[Cell]) -> str:
         """Return the names in a cell, as they are typed: `a, b`."""
