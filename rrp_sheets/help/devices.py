@@ -83,9 +83,7 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
         yield paragraph(N_("The stream “{name} done” tells when it has finished. A row can begin with that: "
                            '`rrp-sheets help "{name} done"`.', name=own))  # fmt: skip
     if found.preset:
-        names = {
-            k: japanese.in_both(japanese.SETTINGS, setting.name, language) for k, setting in device.settings.items()
-        }
+        names = {k: japanese.in_both(japanese.SETTINGS, s.name, language) for k, s in device.settings.items()}
         preset = ", ".join(f"{names.get(k, k)} = {v}" for k, v in found.preset.items())
         kind = japanese.in_both(japanese.DEVICES, device.title, language)
         yield paragraph(N_("The name {name} means {device} with {settings}.", name=name, device=kind, settings=preset))

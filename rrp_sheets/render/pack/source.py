@@ -143,7 +143,10 @@ class Source:
         return found + [way for step in waiting for way in self.ways(step.inputs[0], sensor)]
 
     def occasions(self) -> dict[str, Stream]:
-        """Return the sensor streams that trigger rows which drive actuators, as `pressed` when no release does."""
+        """Return the sensor streams that trigger rows which drive actuators.
+
+        Where only a touch does, not its end, the stream has the setting `pressed` for the words of the catalogue.
+        """
         found = {}
         for sensor in self.sensors:
             stream = self.checked.graph.streams[sensor]
