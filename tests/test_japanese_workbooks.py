@@ -191,8 +191,11 @@ def test_a_misspelt_gesture_gets_the_right_one_proposed(tmp_path: Path, typed: s
     ("compared", "fixed"),
     [("身ぶりdone.値", "Wave"), ("身ぶりdone.value", "Wave"), ("身ぶりdone.完了 and 身ぶりdone.値", "Wave")],
 )
-def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(tmp_path: Path, compared: str, fixed: str) -> None:
-    row = '| 身ぶり done | filter | {} = "{}" | 終わり |\n| 終わり | subscribe | | Print |\n'
+@pytest.mark.parametrize("connector", ["filter", "accumulate"])
+def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(
+    tmp_path: Path, compared: str, fixed: str, connector: str
+) -> None:
+    row = f"| 身ぶり done | {connector} " + '| {} = "{}" | 終わり |\n| 終わり | subscribe | | Print |\n'
     found = [d for d in api.check(moves(tmp_path, row.format(compared, "手を振る"))).report if d.code == "LINT005"]
     assert [d.fixes[0].edits[0].text for d in found] == [f'{compared} = "{fixed}"']
     assert f"own name, “{fixed}”" in str(found[0].message)

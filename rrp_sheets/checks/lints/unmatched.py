@@ -12,7 +12,7 @@ from rrp_sheets.checks.facts import RECORD, AbstractValue, known_of
 from rrp_sheets.checks.formulas import rewrite
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.diagnostics.report import Fix, meant
-from rrp_sheets.formulas import Table
+from rrp_sheets.formulas import Formula, Table
 from rrp_sheets.formulas.parsing import Switch
 from rrp_sheets.graph import Step
 from rrp_sheets.model import japanese
@@ -45,7 +45,7 @@ def lint_unmatched(context: LintContext) -> None:
         formula = context.compiled.formulas.get(step.ref)
         if formula is None:
             continue
-        names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=False)}
+        names = {name: context.fact(stream).known for name, stream in _inputs(formula, step).items()}
         for table, name, with_what, varies in _compared(formula.tree, names, context.compiled.tables):
             column = columns.setdefault((table.name, key(name)), _Column(table, name, step))
             column.anything, column.varies = column.anything or with_what.choices is None, column.varies or varies
@@ -53,6 +53,11 @@ def lint_unmatched(context: LintContext) -> None:
     for column in columns.values():
         if column.comes and column.varies and not column.anything:
             _tell(column, context)
+
+
+def _inputs(formula: Formula, step: Step) -> dict[str, str]:
+    """Return the input streams of a row by their names in its formula."""
+    return dict(zip(formula.names[len(step.connector.extra) :], step.inputs, strict=False))
 
 
 def _tell(column: _Column, context: LintContext) -> None:
@@ -130,18 +135,15 @@ def lint_never_equal(context: LintContext) -> None:
 
     for step in context.steps():
         if (formula := context.compiled.formulas.get(step.ref)) is not None:
-            inputs = zip(formula.names[len(step.connector.extra) :], step.inputs, strict=False)
-            known = {name: context.fact(stream).known for name, stream in inputs}
+            inputs = _inputs(formula, step)
+            known = {name: context.fact(stream).known for name, stream in inputs.items()}
             collect(formula.tree, known, step.row.formula, step.ref in context.routes.dead)
-            _tell_translated(formula.tree, dict(zip(formula.names, step.inputs, strict=False)), step, context)
+            _tell_translated(formula.tree, inputs, step, context)
     for (cell, text, name, dead), values in found.items() if calls <= _MOST_CALLS else ():
         can = [c for known in values for c in known.choices or (0,)]
         texts = list(dict.fromkeys(c for c in can if isinstance(c, str)))
-        if (
-            texts
-            and all(isinstance(c, (str, NoneType)) for c in can)
-            and text.casefold() not in map(str.casefold, texts)
-        ):
+        closed = all(isinstance(c, (str, NoneType)) for c in can)
+        if texts and closed and text.casefold() not in map(str.casefold, texts):
             _tell_never_equal(cell, text, name, texts, dead, context)
 
 
