@@ -571,3 +571,14 @@ def test_the_page_on_the_scene_shows_the_words_of_the_language() -> None:
     shown = as_text(text_on("scene", language="ja"), "ja")
     assert all(word in shown for word in ("現れる", "位置 1, 0.2, 0.4", "声 女性", "紫", "左足"))
     assert not re.search(r"appears|Red ball|Left|\bat 1", shown)
+
+
+@pytest.mark.parametrize(("device", "name"), [("gesture", "手を振る"), ("POSTURE", "立位"), ("身ぶり", "手を振る")])
+def test_a_device_has_a_japanese_name_of_a_movement_however_it_is_spelt(tmp_path: Path, device: str, name: str) -> None:
+    more = f"\n## Devices\n| Stream | Device | Name |\n|---|---|---|\n| W | {device} | {name} |\n"
+    book = tmp_path / "spelt.md"
+    book.write_text(
+        f"## B\n| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Touch | subscribe | | W |\n{more}",
+        encoding="utf-8",
+    )
+    assert [d.code for d in api.check(book).report] == []
