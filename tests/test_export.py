@@ -148,7 +148,7 @@ def test_an_xlsx_says_when_joints_began_and_ended_to_move(tmp_path: Path) -> Non
     header = HEADER | {"streams": [{"stream": n, "kind": "actuator", "device": d} for n, d in streams]}
     sent = [(1.02, "Wave", "A!2", "Wave"), (2.0, "Words", "A!3", "Hi"), (3.0, "Follow", "A!4", 1),
             (3.4, "Follow", "A!4", 2), (3.8, "Follow", "A!4", None), (5.0, "Wave", "A!2", "Wave"), (6.0, "Wave", "A!5", "Nod"),
-            (7.0, "Follow", "A!6", 1)]  # fmt: skip
+            (7.0, "Follow", "A!6", 1), (8.02, "Wave", "A!7", "Wave")]  # fmt: skip
     names = ("t", "stream", "row", "value")
     place = write_run(tmp_path, "2026-m", header, *(dict(zip(names, s, strict=True)) for s in sent), END)
 
@@ -157,7 +157,8 @@ def test_an_xlsx_says_when_joints_began_and_ended_to_move(tmp_path: Path) -> Non
         return list(openpyxl.load_workbook(tmp_path / "m.xlsx")["Movements"].iter_rows(min_row=2, values_only=True))
 
     commands = [(1.02, "Wave", "A!2", "Wave", 1), (3, "Follow", "A!4", "1", 2), (5, "Wave", "A!2", "Wave", 1),
-                (6, "Wave", "A!5", "Nod", 1), (7, "Follow", "A!6", "1", 1)]  # fmt: skip
+                (6, "Wave", "A!5", "Nod", 1), (7, "Follow", "A!6", "1", 1),
+                (8.02, "Wave", "A!7", "Wave", 1)]  # fmt: skip
     assert [(*row[:3], str(row[3]), row[4]) for row in sheet()] == commands
     assert {row[5:] for row in sheet()} == {(None, None, None)}  # no poses were recorded
     arm, head = {"A!2": ["RElbowRoll"]}, {"A!4": ["HeadYaw"]}
@@ -170,11 +171,13 @@ def test_an_xlsx_says_when_joints_began_and_ended_to_move(tmp_path: Path) -> Non
         {"t": 3.9, "joints": {"HeadYaw": 1.0}, "drives": {}},
         {"t": 5.1, "drives": arm, "joints": {"RElbowRoll": 10**400}}, {"t": 5.3, "joints": {"RElbowRoll": 1.0}},
         {"t": 5.4, "drives": {"A!6": ["RElbowRoll"]}, "joints": {"RElbowRoll": 1.2}},  # another row takes over
-        {"t": 7.2, "drives": {"A!6": 5}},
+        {"t": 7.2, "drives": {"A!6": 5}}, {"t": 8.0, "joints": {"RElbowRoll": 1.3}},  # it still moves
+        {"t": 8.1, "drives": {"A!7": ["RElbowRoll"]}, "joints": {"RElbowRoll": 1.4}}, {"t": 8.2, "joints": {"RElbowRoll": 1.5}},
+        {"t": 8.9, "drives": {}},
     ]  # fmt: skip
     (place / "poses.jsonl").write_text("".join(json.dumps(pose) + "\n" for pose in poses), encoding="utf-8")
     assert [row[5:] for row in sheet()] == [
-        (1.2, 1.3, 0.18), (3.2, None, 0.2), (5.3, None, 0.3), (None, None, None), (None, None, None),
+        (1.2, 1.3, 0.18), (3.2, None, 0.2), (5.3, None, 0.3), (None, None, None), (None, None, None), (None, 8.2, None),
     ]  # fmt: skip
 
 

@@ -108,7 +108,7 @@ def test_keys_work_anywhere_but_behind_a_dialog(grid) -> None:
     grid.page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
     grid.press("Control+s")
     grid.status("Everything that you enter is saved at once.")
-    assert grid.text("F3") == "two"
+    grid.expect("F3", "two")
     grid.write("typed", then="Control+s")
     grid.expect("F3", "typed")
     expect(grid.cell("F3")).to_be_focused()

@@ -191,8 +191,11 @@ def test_a_misspelt_gesture_gets_the_right_one_proposed(tmp_path: Path, typed: s
     ("compared", "fixed"),
     [("身ぶりdone.値", "Wave"), ("身ぶりdone.value", "Wave"), ("身ぶりdone.完了 and 身ぶりdone.値", "Wave")],
 )
-def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(tmp_path: Path, compared: str, fixed: str) -> None:
-    row = '| 身ぶり done | filter | {} = "{}" | 終わり |\n| 終わり | subscribe | | Print |\n'
+@pytest.mark.parametrize("connector", ["filter", "accumulate"])
+def test_a_japanese_gesture_that_a_done_stream_never_has_is_replaced(
+    tmp_path: Path, compared: str, fixed: str, connector: str
+) -> None:
+    row = f"| 身ぶり done | {connector} " + '| {} = "{}" | 終わり |\n| 終わり | subscribe | | Print |\n'
     found = [d for d in api.check(moves(tmp_path, row.format(compared, "手を振る"))).report if d.code == "LINT005"]
     assert [d.fixes[0].edits[0].text for d in found] == [f'{compared} = "{fixed}"']
     assert f"own name, “{fixed}”" in str(found[0].message)
@@ -568,3 +571,14 @@ def test_the_page_on_the_scene_shows_the_words_of_the_language() -> None:
     shown = as_text(text_on("scene", language="ja"), "ja")
     assert all(word in shown for word in ("現れる", "位置 1, 0.2, 0.4", "声 女性", "紫", "左足"))
     assert not re.search(r"appears|Red ball|Left|\bat 1", shown)
+
+
+@pytest.mark.parametrize(("device", "name"), [("gesture", "手を振る"), ("POSTURE", "立位"), ("身ぶり", "手を振る")])
+def test_a_device_has_a_japanese_name_of_a_movement_however_it_is_spelt(tmp_path: Path, device: str, name: str) -> None:
+    more = f"\n## Devices\n| Stream | Device | Name |\n|---|---|---|\n| W | {device} | {name} |\n"
+    book = tmp_path / "spelt.md"
+    book.write_text(
+        f"## B\n| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Touch | subscribe | | W |\n{more}",
+        encoding="utf-8",
+    )
+    assert [d.code for d in api.check(book).report] == []

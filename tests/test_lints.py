@@ -250,6 +250,16 @@ def test_a_text_is_compared_with_all_that_rows_give(given, expected):
     assert lints(text + '| C | map | IF(c = "ja"; 1; 2) | X | |\n| X | subscribe | | Print | |') == expected
 
 
+@pytest.mark.parametrize(("text", "meant"), [("head\\e", "head\\d"), ("ha nds", 'ha ""nd'), ("foot", "")])
+def test_a_text_that_no_row_of_a_table_has(text, meant):
+    parts = '\n## Parts\n| Zone |\n|---|\n| head\\d |\n| ha "nd |\n| foot |\n'
+    formula = 'IF(PICK(Parts).zone = "{}"; 1; 2)'
+    row = f"| Touch | map | {formula.format(text)} | X | |\n| X | subscribe | | Print | |"
+    found = check(rows(row, parts, header=HEADER)).report
+    assert [d.code for d in found] == (["LINT005"] if meant else [])
+    assert [e.text for d in found for f in d.fixes for e in f.edits] == ([formula.format(meant)] if meant else [])
+
+
 FREE = '| Touch, Ask done | filter | askDone.completed | Free | |\n| Free | subscribe | "Hi" | Ask | |'
 WAITING = [
     (FREE, [("LINT017", "A2")]),

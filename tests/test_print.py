@@ -316,6 +316,19 @@ def test_robot_acts_on_what_triggers_rows_but_not_on_their_further_inputs(condit
     assert acts in pack.summary
 
 
+@pytest.mark.parametrize(
+    ("rows", "begin"),
+    [
+        ("| Go, Level | map | level.count | N | |\n| N | subscribe | | Say | |\n",
+         "The robot acts on these occasions: the operator presses “Go”. It may"),
+        ("| Go | map | go.count | N | |\n", "No row controls an actuator"),
+    ],
+)  # fmt: skip
+def test_summary_names_buttons_that_trigger_and_denies_no_reading_of_sensors(rows, begin, tmp_path):
+    rest = "## Devices\n| Stream | Device |\n|---|---|\n| Go | OperatorButton |\n| Level | OperatorButton |\n"
+    assert pack_of(workbook(tmp_path, rows, rest=rest)).summary.startswith(begin)
+
+
 def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     rows = (
         "| Go | subscribe | | There | 2 |\n| Go | merge | | Both | |\n| Both | subscribe | | Sit down | 1 |\n"

@@ -27,9 +27,9 @@ from rrp_sheets.sim.sounds import (
     espeak,
     from_wave,
     japanese_reader,
-    japanese_reading,
     louder,
     own_sound,
+    spoken,
 )  # fmt: skip
 from rrp_sheets.sim.world import SimWorld
 
@@ -225,7 +225,7 @@ def test_every_language_of_the_catalogue_can_be_spoken():
 def test_japanese_in_kanji_sounds_as_in_kana(text, kana, reading):
     library = espeak()
     library.voice("ja")
-    assert japanese_reading(text) == reading
+    assert spoken(text, japanese=True) == reading
     assert library.phonemes(text) == library.phonemes(kana)
 
 
@@ -237,9 +237,10 @@ def test_japanese_in_kanji_sounds_as_in_kana(text, kana, reading):
     ("何色？何回？何が？何でも", "ナニイロ？ ナンカイ？ ナニガ？ ナンデモ"),
     ("太郎くん、花子さん、山田先生", "タロークン、 ハナコサン、 ヤマダセンセー"),
     ("こんにちは、母は歯が痛い", "コンニチワ、 ハハワ ハガ イタイ"), ("はい、はと、はやく", "ハイ、 ハト、 ハヤク"), ("", ""), ("…", "…"),
+    ("Aはどれ、Ｂ\ud800\0", "エイ ワ ドレ、 ビー"), ("「赤」はどれ？", "「 アカ」 ワ ドレ？"),
 ])  # fmt: skip
 def test_numbers_names_and_particles_in_japanese(text, reading):
-    assert japanese_reading(text) == reading
+    assert spoken(text, japanese=True) == reading
 
 
 def test_long_japanese_without_a_pause_is_said_to_its_end():

@@ -185,7 +185,7 @@ def _symbol(stream: str) -> str:
 
 
 def field_text(stream: str, name: str) -> str:
-    """Return the text of a field of a sensor's value, as conditions are about it."""
+    """Return the text by which the conditions of routes name a field of a sensor's value."""
     return text_of(ast.Attribute(ast.Name(_symbol(stream)), name, ast.Load()))
 
 

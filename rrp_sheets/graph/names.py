@@ -46,7 +46,7 @@ class Names:
         self._told: set[str] = set()  # keys of names that nothing gives: each is told once, where it stands first
         self._read = {key(cell.text) for row in behaviour.rows if row.on for cell in row.inputs}
         pairs = list(zip(behaviour.rows, connectors, strict=True))
-        self._unclear = {key(row.output.text) for row, c in pairs if row.on and c is None}  # devices, or ordinary
+        self._unclear = {key(row.output.text) for row, c in pairs if row.on and c is None}  # actuators or streams
         self._driven_names = {key(row.output.text) for row, c in pairs if row.on and c is not None and c.is_sink}
         for on in (True, False):
             for row, connector in pairs:

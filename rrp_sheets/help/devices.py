@@ -58,9 +58,9 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     """Yield a device: what it gives or takes, its settings, and an example that is written in a language."""
     device, name = found.type, found.name
     main = device.title if language == "ja" and not found.preset else name
-    both = japanese.in_both(japanese.DEVICES, main, language)
-    own = both.partition("（")[0]  # as streams are called
-    title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)", name=both)
+    own = japanese.word_in(japanese.DEVICES, main, language)  # as streams are called
+    title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)",
+               name=japanese.in_both(japanese.DEVICES, main, language))  # fmt: skip
     yield heading(title, name.replace(" ", "-"))
     yield paragraph(device_help(device))
     if not device.simulated:
@@ -72,7 +72,7 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
              N_(f.help, msgctxt=about + f.name))
             for f in device.payload.fields
         ]  # fmt: skip
-        field = f"{argument_name(own)}.{fields[0][0].partition('（')[0]}"
+        field = f"{argument_name(own)}.{japanese.word_in(japanese.FIELDS, device.payload.fields[0].name, language)}"
         yield paragraph(N_("It gives a record. In a formula, {field} is one of its fields. The fields:", field=field))
         yield columns([(N_("Field"), N_("Unit"), N_("Example"), N_("Meaning")), *fields], headed=True)
     elif device.kind == "sensor" and device.unit:
@@ -83,9 +83,7 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
         yield paragraph(N_("The stream “{name} done” tells when it has finished. A row can begin with that: "
                            '`rrp-sheets help "{name} done"`.', name=own))  # fmt: skip
     if found.preset:
-        names = {
-            k: japanese.in_both(japanese.SETTINGS, setting.name, language) for k, setting in device.settings.items()
-        }
+        names = {k: japanese.in_both(japanese.SETTINGS, s.name, language) for k, s in device.settings.items()}
         preset = ", ".join(f"{names.get(k, k)} = {v}" for k, v in found.preset.items())
         kind = japanese.in_both(japanese.DEVICES, device.title, language)
         yield paragraph(N_("The name {name} means {device} with {settings}.", name=name, device=kind, settings=preset))
@@ -113,7 +111,7 @@ def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
 
 def done_stream(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     """Explain `Say done`: the stream that an actuator gives at the end of each of its commands."""
-    name = japanese.in_both(japanese.DEVICES, found.name, language).partition("（")[0]
+    name = japanese.word_in(japanese.DEVICES, found.name, language)
     yield heading(N_("{name} (stream)", name=f"{name} done"), f"{found.name} done".replace(" ", "-"))
     yield paragraph(N_("Every actuator has a done stream. This is the one of {name}. You need not declare it: write "
                        "“{name} done” among the Input streams. It gives a value at the end of every command, also "

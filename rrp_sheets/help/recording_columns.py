@@ -32,10 +32,11 @@ COLUMNS = {
 """Unit and meaning of each column that does not depend on the workbook."""
 MOVEMENTS = {
     "commands": ("", N_("Number of commands that the line stands for. A command less than 0.5 s after the one before, "
-                        "on the same stream and from the same row, has no line of its own.")),
+                        "on the same stream and from the same row, has no line of its own. A run has at most "
+                        "50,000 lines here.")),
     "begin_s": ("s", N_("Time of the first pose in which a joint that the command drives has moved by more than "
                         "0.02 rad, a hand by 0.02 of its opening. Poses are recorded every 0.1 s. Blank if nothing "
-                        "moved so far, or if it was not recorded.")),
+                        "moved so far, if a joint still moved when the command came, or if it was not recorded.")),
     "end_s": ("s", N_("Time of the last pose by which one of them had moved by 0.02 rad more. Blank if they moved less "
                       "than 0.3 s before another command took over or the poses end.")),
     "response_s": ("s", N_("Time from the command until begin_s.")),

@@ -144,7 +144,8 @@ def _listed(name: str, hits: Sequence[HelpEntry], language: str) -> Iterator[Blo
     names = [japanese.in_both(japanese.DEVICES, hit.name, language) for hit in hits]
     lines = (_SENTENCE.findall(translate(hit.line, language))[0] for hit in hits)
     yield entries(zip(names, lines, strict=True))
-    yield paragraph(N_("For one of these: `rrp-sheets help {name}`", name=names[0].partition("（")[0]))
+    first = japanese.word_in(japanese.DEVICES, hits[0].name, language)
+    yield paragraph(N_("For one of these: `rrp-sheets help {name}`", name=first))
 
 
 def topic_of(name: str) -> str | None:

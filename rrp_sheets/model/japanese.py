@@ -220,6 +220,11 @@ def japanese_word(words: Mapping[str, str], standard: str) -> str:
     return japanese(words, [standard])[0]
 
 
+def word_in(words: Mapping[str, str], standard: str, language: str) -> str:
+    """Return the word for a standard one by a table, as workbooks of a language have it."""
+    return japanese_word(words, standard) if language == "ja" else standard
+
+
 def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, ...]:
     """Return the Japanese words for standard ones, the first for each; one that has none stays as it is.
 
@@ -238,5 +243,5 @@ def in_both(words: Mapping[str, str], name: str, language: str) -> str:
     >>> in_both(FIELDS, "colour", "ja"), in_both(FIELDS, "colour", "en")
     ('色（colour）', 'colour')
     """
-    own = japanese_word(words, name) if language == "ja" else name
+    own = word_in(words, name, language)
     return name if own == name else f"{own}（{name}）"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,8 @@ from rrp_sheets.robots.catalogue import DeviceType, Robot
 MOVED = 0.02  # rad, or share of a hand's opening
 REPEATED = 0.5  # s: a command that comes sooner after the one before, from the same row, goes on with it
 _STILL = 0.3  # s without movement after which it has ended
-_MOST = 50_000
-_MOST_POSES = 2_000_000
+_MOST = 50_000  # of a run, as the help says
+_MOVES = 0.005  # between two poses: what goes on so is under way
 _LONGEST_LINE = 1 << 18  # bytes
 
 
@@ -34,6 +33,7 @@ class Movement:
     latest: float = 0.0  # when the command was repeated
     angles: dict[str, float] = field(default_factory=dict)  # from which movement is measured
     joints: frozenset[str] = frozenset()
+    under_way: frozenset[str] = frozenset()  # joints that moved when the command came
 
     def see(self, t: float, angles: Mapping[str, float], drives: Mapping[str, frozenset[str]]) -> bool:
         """Take in a pose; return whether later ones may still belong to the command."""
@@ -42,8 +42,9 @@ class Movement:
             return False
         self.joints |= drives.get(self.command.row, frozenset())
         if any(abs(angles.get(j, self.angles.get(j, 0.0)) - self.angles.get(j, 0.0)) > MOVED for j in self.joints):
-            self.begin, self.end = t if self.begin is None else self.begin, t
-            self.angles = dict(angles)
+            if self.end is None and not self.joints & self.under_way:
+                self.begin = t
+            self.end, self.angles = t, dict(angles)
         return True
 
     def close(self, t: float) -> None:
@@ -58,13 +59,17 @@ def movements(reader: TraceReader, robot: Robot | None) -> list[Movement]:
     waiting, running = iter(commands), list[Movement]()
     coming, t, angles = next(waiting, None), 0.0, dict[str, float]()
     drives: dict[str, frozenset[str]] = {}
+    moved: dict[str, float] = {}  # by joint: when it last moved
     for pose in _poses(reader.path.with_name(POSES)) if commands else ():
         t = pose["t"]
         while coming is not None and coming.command.t < t:
-            coming.angles = dict(angles)
+            since, coming.angles = coming.command.t - _STILL, dict(angles)
+            coming.under_way = frozenset(joint for joint, at in moved.items() if at > since)
             running.append(coming)
             coming = next(waiting, None)
-        angles.update({n: a for n, a in _named(pose, "joints").items() if _is_number(a)})
+        now = {n: a for n, a in _named(pose, "joints").items() if _is_number(a)}
+        moved.update({n: t for n, a in now.items() if abs(a - angles.get(n, a)) > _MOVES})
+        angles.update(now)
         if "drives" in pose or pose.get("full") is True:
             named = _named(pose, "drives").items()
             drives = {r: frozenset(n for n in j if isinstance(n, str)) for r, j in named if isinstance(j, list)}
@@ -105,7 +110,7 @@ def _resources(device: DeviceType) -> set[str]:
 def _poses(path: Path) -> Iterator[dict[str, Any]]:
     if path.is_file() and not path.is_symlink():
         with path.open("rb") as file:
-            for line in islice(iter(lambda: file.readline(_LONGEST_LINE), b""), _MOST_POSES):
+            for line in iter(lambda: file.readline(_LONGEST_LINE), b""):
                 pose = entry_of(line)
                 if _is_number(pose.get("t")):
                     yield pose

@@ -105,10 +105,8 @@ def _movements(traces: Sequence[Path], table: Tidy) -> MoreSheet:
             rows.append([stamp.run, Seconds(sent.t), sent.stream, sent.row or None, _plain(sent.value), one.commands,
                          *times, response])  # fmt: skip
     first = 1 if len(traces) == 1 else 0  # of one run, its name is left out
-    header, widths = (
-        ["run", "time_s", "stream", "row", "value", *MOVEMENTS],
-        [28.0, 10.0, 24.0, 16.0, 30.0, *[12.0] * 4],
-    )
+    header = ["run", "time_s", "stream", "row", "value", *MOVEMENTS]
+    widths = [28.0, 10.0, 24.0, 16.0, 30.0, *[12.0] * len(MOVEMENTS)]
     return MoreSheet("Movements", header[first:], [row[first:] for row in rows], widths[first:])
 
 

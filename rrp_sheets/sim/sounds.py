@@ -247,23 +247,23 @@ def japanese_reader() -> Callable[..., Any] | None:
     return run_frontend
 
 
-def japanese_reading(text: str) -> str:
-    """Return a Japanese text in kana as it is said, its phrases apart; the text itself without the library.
+def spoken(text: str, *, japanese: bool) -> str:
+    """Return what is spoken of a text, a Japanese one in kana as it is said, its phrases apart (with the library).
 
-    >>> japanese_reading("今日は3回やってみよう。何色？")
-    'キョーワ サンカイ ヤッテミヨー。 ナニイロ？'
+    >>> spoken("今日は3回やってみよう。何色？", japanese=True), spoken("Aはどれ", japanese=True)
+    ('キョーワ サンカイ ヤッテミヨー。 ナニイロ？', 'エイ ワ ドレ')
     """
-    read = japanese_reader()
+    text, read = _UNSPEAKABLE.sub(" ", text[:LONGEST]), japanese_reader() if japanese else None
     if read is None:
         return text
     said, begins = "", True
     text = _NAN.sub("なん", text.replace("何色", "なに色"))
     for word in read(text, predict_nani=False, use_sudachi_kanji_yomi=False):  # both need more to be loaded
-        mark = word["pos"] == "記号"
+        mark = word["pos"] == "記号" and not LETTERS.match(word["pron"])  # “A” is “エイ”
         particle = begins and word["pos"] == "助詞"  # no clause begins with one: that “ha” is no “wa”
         said += "" if mark or word["chain_flag"] == 1 else " "
         said += word["string" if mark else "read" if particle else "pron"].replace("’", "")  # a silent vowel
-        begins = mark
+        begins = mark and word["string"] not in "」』）”’"
     return said.strip()
 
 
@@ -320,7 +320,7 @@ class Espeak:
         for parameter, value in ((_RATE, round(words_a_minute)), (_VOLUME, round(volume)), (_PITCH, pitch)):
             self._lib.espeak_SetParameter(parameter, value, 0)
         self._parts = []
-        data = self._spoken(text)
+        data = spoken(text, japanese=self._japanese).encode()
         self._lib.espeak_Synth(data, len(data) + 1, 0, _BY_CHARACTER, 0, _UTF8, None, None)
         self._lib.espeak_Synchronize()
         return np.concatenate(self._parts) if self._parts else np.zeros(0, np.int16)
@@ -328,14 +328,10 @@ class Espeak:
     def phonemes(self, text: str) -> str:
         """Return the chosen voice's pronunciation of a text, in letters of the phonetic alphabet."""
         found = []
-        rest = ctypes.c_char_p(self._spoken(text))
+        rest = ctypes.c_char_p(spoken(text, japanese=self._japanese).encode())
         while rest.value:  # clause by clause
             found.append(self._lib.espeak_TextToPhonemes(ctypes.byref(rest), _UTF8, _IPA) or b"")
         return b" ".join(found).decode("utf-8", "replace")
-
-    def _spoken(self, text: str) -> bytes:
-        text = _UNSPEAKABLE.sub(" ", text[:LONGEST])
-        return (japanese_reading(text) if self._japanese else text).encode()
 
 
 class Speech:
@@ -407,8 +403,10 @@ class Voice:
         language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
         library = self._speech.library(command.stream, command.row)
         if library is None:
-            said = japanese_reading(text[:LONGEST]) * 2 if is_japanese(language) else text[:LONGEST]  # kana last longer
-            self._begin(self._now, us, len(said) / GUESSED_WORD_LENGTH / speed * 60)
+            letters = len(spoken(text, japanese=is_japanese(language))) * (
+                1 + is_japanese(language)
+            )  # kana last longer
+            self._begin(self._now, us, letters / GUESSED_WORD_LENGTH / speed * 60)
             return
         if not library.voice(language):
             library.voice(FALLBACK)

@@ -268,7 +268,7 @@ class WorkbookTests:
             self._tell(news)
 
 
-_ONE = {
+_ONE_TEST = {
     PASSES: N_("Test passed"), FAILS: N_("Test failed"), IDLE: N_("Test checks nothing"), WAITS: N_("Test not run"),
     LATE: N_("Test was not reached in time"),
 }  # fmt: skip
@@ -284,7 +284,7 @@ def counted(results: Results) -> str:
     if every > 1 and all(number_of(t.sheet) for t in results.tests):
         return N_("All {n} lessons are done" if every == passed else "{done} of {n} lessons done", n=every, done=passed)
     if every == 1:
-        return _ONE[results.tests[0].state]
+        return _ONE_TEST[results.tests[0].state]
     all_passed = every == passed != 0
     return N_("All {n} tests passed" if all_passed else "{passed} of {n} tests passed", n=every, passed=passed)
 

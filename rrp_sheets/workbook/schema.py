@@ -283,7 +283,7 @@ def setting_header(setting: str, language: str) -> str:
     >>> setting_header("Words", "en"), setting_header("Words", "ja")
     ('Words', '言葉')
     """
-    return japanese.japanese_word(japanese.SETTINGS, setting) if language == "ja" else setting
+    return japanese.word_in(japanese.SETTINGS, setting, language)
 
 
 def language_of(headers: Iterable[str]) -> str:

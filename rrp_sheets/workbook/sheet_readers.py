@@ -279,7 +279,7 @@ def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
 def with_standard_moves(device: model.Device, own: Container[str]) -> model.Device:
     """Return a device with the robot's word for a Japanese gesture or posture; `own` are keys of the workbook's own."""
     name = device.settings.get("name")
-    if not name or device.device.text not in ("Gesture", "Posture") or key(name.text) in own:
+    if not name or key(device.device.text) not in ("gesture", "posture") or key(name.text) in own:
         return device
     return replace(device, settings={**device.settings, "name": _in(name, partial(japanese.standard, japanese.MOVES))})
 

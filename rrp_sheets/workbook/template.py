@@ -325,12 +325,11 @@ class _Japanese:
         lines = self._lines(sheet, self._known[sheet]) if sheet else []
         devices = {key(name): own for own, name in reversed(japanese.DEVICES.items())}
         used = dict.fromkeys(key(name.removesuffix(" done")) for name in self._used)
-        rows = [devices[k] for k in used if k in devices and k not in {key(line["Stream"]) for line in lines}]
+        had = {key(line.get("Stream", "")) for line in lines}
+        rows = [devices[k] for k in used if k in devices and k not in had]
         at = self._known[sheet].columns if sheet else {"Stream": 1, "Device": 2}
-        table = (
-            made.setdefault(self._titles.get(sheet, DEVICES.called[0]), [["ストリーム", "デバイス"]]) if rows else []
-        )
         for own in rows:
+            table = made.setdefault(self._titles.get(sheet, DEVICES.called[0]), [["ストリーム", "デバイス"]])
             table.append([own if c in (at["Stream"], at["Device"]) else "" for c, _ in enumerate(table[0], 1)])
         return made
 

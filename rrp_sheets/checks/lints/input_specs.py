@@ -92,8 +92,7 @@ def _name_fixes(value: Value, stream: Stream, device: DeviceType, context: LintC
     known = [*names, *japanese.words_for(japanese.MOVES, *names)]
     typed = [value, stream.name] if isinstance(value, str) else [stream.name]
     guess = next(filter(None, (nearest(text, known) for text in typed)), "")
-    guess = japanese.standard(japanese.MOVES, guess)
-    text = japanese.japanese_word(japanese.MOVES, guess) if book.language == "ja" else guess
+    text = japanese.word_in(japanese.MOVES, japanese.standard(japanese.MOVES, guess), book.language)
     return setting_fixes(book, device.settings[decides], stream.name, stream.device.name, text)
 
 

@@ -12,7 +12,7 @@ from rrp_sheets.checks.facts import RECORD, AbstractValue, known_of
 from rrp_sheets.checks.formulas import rewrite
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.diagnostics.report import Fix, meant
-from rrp_sheets.formulas import Table
+from rrp_sheets.formulas import Formula, Table
 from rrp_sheets.formulas.parsing import Switch
 from rrp_sheets.graph import Step
 from rrp_sheets.model import japanese
@@ -35,6 +35,7 @@ class _Column:
     step: Step  # the first row that does so
     comes: dict[str, str] = field(default_factory=dict)  # by the text as it is compared
     anything: bool = False  # one row compares it with what may be any text
+    varies: bool = False  # one row compares it with more than a text, of which LINT005 tells
 
 
 def lint_unmatched(context: LintContext) -> None:
@@ -44,14 +45,19 @@ def lint_unmatched(context: LintContext) -> None:
         formula = context.compiled.formulas.get(step.ref)
         if formula is None:
             continue
-        names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=False)}
-        for table, name, with_what in _compared(formula.tree, names, context.compiled.tables):
+        names = {name: context.fact(stream).known for name, stream in _inputs(formula, step).items()}
+        for table, name, with_what, varies in _compared(formula.tree, names, context.compiled.tables):
             column = columns.setdefault((table.name, key(name)), _Column(table, name, step))
-            column.anything |= with_what.choices is None
+            column.anything, column.varies = column.anything or with_what.choices is None, column.varies or varies
             column.comes.update({c.casefold(): c for c in with_what.choices or () if isinstance(c, str)})
     for column in columns.values():
-        if column.comes and not column.anything:
+        if column.comes and column.varies and not column.anything:
             _tell(column, context)
+
+
+def _inputs(formula: Formula, step: Step) -> dict[str, str]:
+    """Return the input streams of a row by their names in its formula."""
+    return dict(zip(formula.names[len(step.connector.extra) :], step.inputs, strict=False))
 
 
 def _tell(column: _Column, context: LintContext) -> None:
@@ -68,26 +74,26 @@ def _tell(column: _Column, context: LintContext) -> None:
     )  # fmt: skip
 
 
-def _listed(texts: Sequence[str]) -> str:
-    shown = listed(texts[:_SHOWN])
+def _listed(texts: Sequence[str], joiner: str = "") -> str:
+    shown = listed(texts[:_SHOWN], joiner)
     return N_("{shown} and {n} more", shown=shown, n=len(texts) - _SHOWN) if len(texts) > _SHOWN else shown
 
 
 def _compared(
     tree: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str, Table]
-) -> Iterator[tuple[Table, str, AbstractValue]]:
-    """Yield the columns that a formula compares with something, and what is known about that."""
+) -> Iterator[tuple[Table, str, AbstractValue, bool]]:
+    """Yield the columns that a formula compares, what is known about the other side, and if that is no fixed text."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             sides = node.left, node.comparators[0]
             for cell, other in (sides, sides[::-1]):
                 found = _cell(cell, names, tables)
                 if found is not None and _cell(other, names, tables) is None:
-                    yield *found, known_of(other, names)
+                    yield *found, known_of(other, names), not isinstance(other, ast.Constant)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _LOOK_UP:
             found = _whole(node.args[1], tables)
             if found is not None:
-                yield *found, known_of(node.args[0], names)
+                yield *found, known_of(node.args[0], names), True
 
 
 def _cell(node: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str, Table]) -> tuple[Table, str] | None:
@@ -129,18 +135,15 @@ def lint_never_equal(context: LintContext) -> None:
 
     for step in context.steps():
         if (formula := context.compiled.formulas.get(step.ref)) is not None:
-            inputs = zip(formula.names[len(step.connector.extra) :], step.inputs, strict=False)
-            known = {name: context.fact(stream).known for name, stream in inputs}
+            inputs = _inputs(formula, step)
+            known = {name: context.fact(stream).known for name, stream in inputs.items()}
             collect(formula.tree, known, step.row.formula, step.ref in context.routes.dead)
-            _tell_translated(formula.tree, dict(zip(formula.names, step.inputs, strict=False)), step, context)
+            _tell_translated(formula.tree, inputs, step, context)
     for (cell, text, name, dead), values in found.items() if calls <= _MOST_CALLS else ():
         can = [c for known in values for c in known.choices or (0,)]
         texts = list(dict.fromkeys(c for c in can if isinstance(c, str)))
-        if (
-            texts
-            and all(isinstance(c, (str, NoneType)) for c in can)
-            and text.casefold() not in map(str.casefold, texts)
-        ):
+        closed = all(isinstance(c, (str, NoneType)) for c in can)
+        if texts and closed and text.casefold() not in map(str.casefold, texts):
             _tell_never_equal(cell, text, name, texts, dead, context)
 
 
@@ -182,7 +185,7 @@ def _tell_never_equal(
     own = (japanese.standard(words, text) for words in japanese.CHOICES.values())
     guess = can[0] if why else next((one for one in own if one in can), None) or nearest(text, can)
     remedy = meant(guess, N_("Compare it with the values that its input can have."), quoted=True)["remedy"]
-    values = listed([N_("“{text}”", text=one) for one in can[:_SHOWN]], "or")
+    values = _listed([N_("“{text}”", text=one) for one in can], "or")
     why = why or N_("“{name}” can only be {values}, so this never matches", name=name, values=values)
     what = NEVER_PASSES if dead else N_("“{text}” never occurs", text=text)
     fixes = _corrected(cell, text, guess) if guess else ()
@@ -191,9 +194,10 @@ def _tell_never_equal(
 
 def _corrected(cell: Cell, wrong: str, guess: str) -> tuple[Fix, ...]:
     """Return the fix that writes the text that is meant; empty where it is uncertain which of several texts that is."""
+    written = guess.replace('"', '""')
     text = rf"""(?P<open>["“”„'])\s*{re.escape(wrong)}\s*(?P<close>["“”'])"""
     for pattern in (rf"(?P<before>[=>≠]\s*){text}", rf"(?P<before>){text}(?=\s*[=<!≠])", rf"(?P<before>){text}"):
-        new, count = re.subn(pattern, rf"\g<before>\g<open>{guess}\g<close>", cell.text)
+        new, count = re.subn(pattern, lambda m: f"{m['before']}{m['open']}{written}{m['close']}", cell.text)
         if count == 1:
             return (rewrite("correct-text", cell, new),)
     return ()

@@ -50,16 +50,18 @@ def summary(source: Source, said: Sequence[Said]) -> str:
     get, limit = source.get, source.checked.run.time_limit_us
     acting = source.occasions()
     occasions = [device_says(stream, source.words) for s, stream in acting.items() if not source.is_button(s)]
-    occasions += [source.presses()] if any(map(source.is_button, acting)) else []
+    pressed = [s for s in acting if source.is_button(s)]
+    occasions += [source.presses(pressed)] if pressed else []
     if any(step.connector.passes and step.connector.passes.later for _, step in source.active):
         occasions.append(get("summary.clock"))
     occasions = list(dict.fromkeys(occasions))
+    nothing = "" if source.sensors else get("summary.senses_nothing")
     texts = doing.count_texts(said)
     moving = [d for d in source.drivers if not d.stops and not doing.speaks(d.stream)]
     can = [source.count("summary.says", texts)] if texts else []
     can = list(dict.fromkeys(can + [_plainly(source, d) for d in moving]))
     sentences = (
-        get("summary.senses", list=_shortened(source, occasions)) if occasions else get("summary.senses_nothing"),
+        get("summary.senses", list=_shortened(source, occasions)) if occasions else nothing,
         get("summary.acts", list=_shortened(source, can)) if can else get("summary.acts_nothing"),
         get("summary.by_hand"),
         get("summary.ends_limit", limit=source.words.duration(limit)) if limit else get("summary.ends"),

@@ -145,13 +145,8 @@ def _devices(source: Source) -> Sheet:
         for name, setting in kind.settings.items():
             if (value := stream.settings.get(name)) not in (None, "", False):
                 shown = _value(source, value, setting, words)
-                settings.append(
-                    source.get(
-                        "material.setting",
-                        name=japanese.in_both(japanese.SETTINGS, setting.name, language),
-                        value=shown,
-                    )
-                )
+                label = japanese.in_both(japanese.SETTINGS, setting.name, language)
+                settings.append(source.get("material.setting", name=label, value=shown))
         device = japanese.in_both({words.title or stream.device.name: stream.device.name}, stream.device.name, language)
         rows.append((clean(stream.name), clean(device), clean("; ".join(settings))))
     return _own_sheet(source, "devices", {"stream": 1, "device": 1, "settings": 2}, rows)

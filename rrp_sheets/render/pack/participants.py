@@ -139,15 +139,16 @@ class _Writer:
 
         A field that is blank or too long gives a note.
         """
-        text, name = " ".join(self.source.protocol(field).split()), field_label(self.source, field)
+        text, name = clean(" ".join(self.source.protocol(field).split())), field_label(self.source, field)
+        short = shortened(text, LONGEST)
         if not text and not self.study.is_demonstration:
             self.notes.append(N_("The page lacks the field {name}: fill it in.", name=name))
             return self.say(entry, text=BLANK)
-        elif (short := shortened(clean(text), LONGEST)) != text:
+        if short != text:
             self.notes.append(
                 N_("The field {name} is too long for the page, which shows: {text}", name=name, text=short)
             )
-        return self.say(entry, text=shortened(clean(text), LONGEST).rstrip(".。")) if text else ""
+        return self.say(entry, text=short.rstrip(".。")) if text else ""
 
     def is_open(self) -> bool:
         """Return whether the Protocol sheet does not state yet how one says no and stops, which the page promises."""

@@ -89,7 +89,7 @@ def sensed(source: Source) -> tuple[Sensed, ...]:
         names = source.words.listed([source.label(s) for s in source.buttons])
         used = merged([ref for stream in source.buttons for ref in source.sensors[stream]])
         through, values = source.get("channel.operator"), _values(source, source.buttons[0])
-        lines.append(Sensed(names, through, source.presses(), values, used))
+        lines.append(Sensed(names, through, source.presses(source.buttons), values, used))
     return tuple(lines)
 
 

@@ -143,7 +143,10 @@ class Source:
         return found + [way for step in waiting for way in self.ways(step.inputs[0], sensor)]
 
     def occasions(self) -> dict[str, Stream]:
-        """Return the sensor streams that trigger rows which drive actuators, as `pressed` when no release does."""
+        """Return the sensor streams that trigger rows which drive actuators.
+
+        Where only a touch does, not its end, the stream has the setting `pressed` for the words of the catalogue.
+        """
         found = {}
         for sensor in self.sensors:
             stream = self.checked.graph.streams[sensor]
@@ -162,9 +165,9 @@ class Source:
         """Return `“a”, “b” and “c”`."""
         return self.words.listed([self.words.get("name.quoted", name=n) for n in names], joiner)
 
-    def presses(self) -> str:
-        """Return `the operator presses “a” or “b”`, with the buttons that rows take in."""
-        return self.get("summary.presses", list=self.quoted((self.label(s) for s in self.buttons), "or"))
+    def presses(self, buttons: Iterable[str]) -> str:
+        """Return `the operator presses “a” or “b”`, for ids of buttons."""
+        return self.get("summary.presses", list=self.quoted(map(self.label, buttons), "or"))
 
     def listed_cells(self, cells: Iterable[Cell]) -> str:
         """Return the names in a cell, as they are typed: `a, b`."""
