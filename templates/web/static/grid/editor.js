@@ -41,16 +41,21 @@ export class Editor {
   /** Move the focus of a selected cell to a field over it: an input method can compose only in a field. When it begins to, or text comes
    *  without a key, that field becomes the editor, so that nothing typed is lost. */
   wait(cell) {
-    if (this.isOpen || this.leaves || !COMPOSES || this.table.grid.ariaReadOnly === "true" || cell.classList.contains("on")) return;
-    this.drop();
-    this.build(this.table.column(cell));
-    [this.waiting, this.field] = [this.field, null];
-    this.waiting.tabIndex = -1;
-    this.box.className = "waiting";
-    this.scroll.classList.add("waits");
+    if (this.isOpen || this.leaves) return;
+    if (!COMPOSES || this.table.grid.ariaReadOnly === "true" || cell.classList.contains("on")) {
+      this.drop();
+      return;
+    }
+    if (!this.waiting) {
+      this.build();
+      [this.waiting, this.field] = [this.field, null];
+      this.waiting.tabIndex = -1;
+      this.box.className = "waiting";
+      for (const kind of ["compositionstart", "input"]) this.waiting.addEventListener(kind, () => this.open(this.context.selected(), null));
+    }
+    this.waiting.value = ""; // what was refused in another cell
     this.follow();
     this.waiting.focus({ preventScroll: true });
-    for (const kind of ["compositionstart", "input"]) this.waiting.addEventListener(kind, () => this.open(this.context.selected(), null));
   }
 
   /** Lay the field that waits over the selected cell, and name it as the cell: a screen reader tells of what has the focus. */
@@ -75,7 +80,6 @@ export class Editor {
   drop() {
     if (this.waiting) this.box.remove();
     this.waiting = null;
-    this.scroll.classList.remove("waits");
   }
 
   /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text; or go on with a text that was
@@ -94,9 +98,10 @@ export class Editor {
       this.box.className = "editor";
     } else {
       this.drop();
-      this.build(k);
+      this.build();
       this.field.value = first ?? this.was;
     }
+    this.field.className = ["formula", "send", "expect"].includes(this.kind(k)) ? "code" : "";
     for (const [name, value] of Object.entries({
       "aria-haspopup": "listbox", "aria-autocomplete": "list", "aria-controls": this.list.id, // of several lines, so no combobox
       "aria-label": t("{column}, row {row}", { column: this.table.name(k), row: cell.parentElement.cells[0].textContent }),
@@ -112,14 +117,13 @@ export class Editor {
     this.context.editing(this.rowId, k, true);
   }
 
-  build(k) {
+  build() {
     this.box = document.createElement("div");
     this.box.className = "editor";
     this.field = document.createElement("textarea");
     this.field.rows = 1;
     this.field.spellcheck = false;
     this.field.autocomplete = "off";
-    this.field.className = ["formula", "send", "expect"].includes(this.kind(k)) ? "code" : "";
     this.field.autocapitalize = "off";
     this.list = document.createElement("div");
     this.list.className = "suggestions";
@@ -364,7 +368,8 @@ export class Editor {
   /** The focus goes from one element to another, or to none: that ends editing, but not while help is read. */
   left(from, to) {
     const later = (act) => setTimeout(() => document.hasFocus() && document.activeElement === document.body && act());
-    if (from === this.waiting) to ? this.drop() : later(() => from === this.waiting && this.drop()); // else the window lost the focus
+    if (from === this.waiting && !to) later(() => from === this.waiting && this.drop()); // else the window lost the focus
+    else if (from === this.waiting && !to.closest("[role=gridcell]")) this.drop(); // else it goes along with the cursor
     if (!this.isOpen || to === this.field || to?.closest(HELP)) return;
     if (to || from === this.field) this.close(true, null);
     else later(() => this.close(true, null)); // else its piece was renewed
