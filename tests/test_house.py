@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 71_500,
+    "lines of Python": 72_200,
     "modules": 325,
     "docstrings that begin as a question": 0,
     "lines of README": 130,
