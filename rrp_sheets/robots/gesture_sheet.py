@@ -119,11 +119,14 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
         cell = lines[c.frame].cells.get(c.joint)
         if cell is not None and abs(c.wanted - c.given) > NEARLY:
             low, high = limits.of(c.joint, yaws[c.frame])
-            unit, turned = robot.joints[key(c.joint)].unit, c.joint == "HeadPitch" and yaws[c.frame]
+            turned = c.joint == "HeadPitch" and yaws[c.frame]
+            unit = "°" if "°" in cell.text else robot.joints[key(c.joint)].unit
+            most, least = _within(high, True, unit), _within(low, False, unit)
+            upper = c.wanted > c.given
             report.add(
-                "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),
-                nearest=_within(c.given, c.wanted > c.given, degrees="°" in cell.text),
-                when=N_(" while HeadYaw is at {shown}", shown=_shown(yaws[c.frame], 'rad')) if turned else "",
+                "GEST005", cell.address, text=cell.text, joint=c.joint, low=least, high=most,
+                nearest=N_("{angle} at most", angle=most) if upper else N_("{angle} at least", angle=least),
+                when=N_(" while HeadYaw is at {shown}", shown=f"{math.degrees(yaws[c.frame]):.0f}°") if turned else "",
             )  # fmt: skip
     late = dict(reversed(plan.slowed))  # the first joint of each frame
     for frame, joint in late.items():
@@ -134,17 +137,12 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
             report.add("GEST006", cell.address, joint=joint, text=cell.text, needs=needs)
 
 
-def _within(limit: float, upper: bool, *, degrees: bool) -> str:
-    """The nearest angle that can be written, in the unit that was typed.
+def _within(limit: float, upper: bool, unit: str) -> str:
+    """A limit as the last angle within it that can be written, in the unit that was typed.
 
-    >>> _within(2.0857, True, degrees=False), _within(-0.6719, False, degrees=True)
-    ('2.08 at most', '-38° at least')
+    >>> _within(2.0857, True, "rad"), _within(-0.6719, False, "°"), _within(1.0, True, "")
+    ('2.08 rad', '-38°', '1')
     """
-    value = math.degrees(limit) if degrees else limit * 100
-    whole = math.floor(value) if upper else math.ceil(value)
-    angle = f"{whole}°" if degrees else f"{whole / 100:g}"
-    return N_("{angle} at most", angle=angle) if upper else N_("{angle} at least", angle=angle)
-
-
-def _shown(angle: float, unit: str) -> str:
-    return f"{angle:.3g} rad ({math.degrees(angle):.0f}°)" if unit else f"{angle:.2g}"
+    value = math.degrees(limit) if unit == "°" else limit * 100
+    whole = math.floor(value + 1e-9) if upper else math.ceil(value - 1e-9)
+    return f"{whole}°" if unit == "°" else f"{whole / 100:g} {unit}".rstrip()
