@@ -219,6 +219,33 @@ def test_only_devices_that_were_added_are_told(shelf: Books) -> None:
     grid.status("Added to デバイス: ボール. Press Ctrl+Z to undo.")
 
 
+MOVES = [
+    (HEADER, ["Stream", "Device"], "subscribe", "wave", "Wave", "Gesture with Name = Wave: waves", ["Gesture", {"name": "Wave"}], "Name"),
+    (HEADER, ["Stream", "Device"], "map", "wave", "Wave", "Only a subscribe row", ["Gesture", {"name": "Wave"}], "Name"),
+    (["有効", "入力", "コネクター", "式", "出力"], ["ストリーム", "デバイス"], "subscribe", "手を振", "手を振る", "身ぶり with 名前 = 手を振る",
+     ["Gesture", {"name": "Wave"}], "名前"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("header", "heads", "connector", "typed", "name", "help", "written", "column"), MOVES)
+def test_a_movement_is_offered_and_brings_the_column_of_its_name(
+    shelf: Books, header: list[str], heads: list[str], connector: str, typed: str, name: str, help: str,
+    written: list[object], column: str,
+) -> None:  # fmt: skip
+    sheet = "Devices" if header is HEADER else "デバイス"
+    row = ["", "Red ball", connector, "", "", ""][: len(header)]
+    grid = shelf.open({"T": [header, row], sheet: [heads, ["Gaze", "Touch"]]}, sheet="T")
+    grid.checked()
+    grid.go("E2")
+    grid.press("F2")
+    grid.page.keyboard.insert_text(typed)
+    expect(grid.page.get_by_role("option").filter(has_text=name).first).to_contain_text(help)
+    take(grid, name)
+    grid.press("Enter")
+    becomes(lambda: columns(grid, sheet), [*heads, column])
+    assert [list(one) for one in devices(grid)[1:]] == [[name, *written]]
+
+
 def test_names_that_are_pasted_are_added_in_the_same_step(grid: Shared) -> None:
     grid.go("B4")
     paste(grid, "Left hand touch\tsubscribe\t\tWave\n")

@@ -58,7 +58,7 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, languag
         **_fixed(), **cell_words(analysis.workbook, robot), "uses": _uses(analysis),
         "streams": streams, "names": names, "records": records,
         "sensors": _devices(analysis, firsts, "sensor", columns),
-        "actuators": _devices(analysis, firsts, "actuator", columns), "choices": _chosen(analysis, columns),
+        "actuators": _devices(analysis, firsts, "actuator", columns), "choices": _chosen(analysis, columns, language),
         "columns": _missing_columns(analysis, columns, language),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
@@ -142,7 +142,7 @@ def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
     own = japanese.japanese_word(japanese.ZONES if zone else japanese.MOVES, choice)
     device = japanese.japanese_word(japanese.DEVICES, found["adds"]["device"])
     text = f"{own}への接触" if zone else own
-    return {**found, "text": text, "adds": {"device": device, "settings": {setting: own}}}
+    return {**found, "text": text, "words": choice, "adds": {"device": device, "settings": {setting: own}}}
 
 
 def _uses(analysis: Analysis) -> dict[str, dict[str, int]]:
@@ -256,8 +256,10 @@ _NAMED = {"zone": "{choice} touch", "gesture": "{choice}", "posture": "{choice}"
 """Stream names that are proposed for a device with one of its choices, by the kind of the setting."""
 
 
-def _chosen(analysis: Analysis, columns: Sequence[str] | None) -> list[dict[str, Any]]:
-    """Return devices with one of the choices of a setting that the sheet Devices has a column for, as “Wave”."""
+def _chosen(analysis: Analysis, columns: Sequence[str] | None, language: str) -> list[dict[str, Any]]:
+    """Return devices with one of the choices of a setting, as “Wave”; its column comes along if Devices lacks it."""
+    if columns is None:
+        return []
     robot = analysis.robot
     taken = {*robot.names, *(key(s.name) for s in analysis.graph.streams.values())}
     taken |= {key(d.stream.text) for d in analysis.workbook.devices}
@@ -265,14 +267,14 @@ def _chosen(analysis: Analysis, columns: Sequence[str] | None) -> list[dict[str,
     for kind in ("sensor", "actuator"):
         for device in filter(None, map(robot.find, robot.device_names(kind))):
             setting = next((s for s in device.type.settings.values() if s.kind in _NAMED), None)
-            if setting is None or device.preset or key(setting.name) not in (columns or ()):
+            if setting is None or device.preset:
                 continue
             for choice in (c["text"] for c in _choices(setting, robot, analysis.workbook)):
                 name = _NAMED[setting.kind].format(choice=choice)
                 if key(name) not in taken:
                     found.append({
                         "text": name, "kind": kind, "group": setting.kind,
-                        "help": _choice_help(robot, setting, choice),
+                        "help": _choice_help(robot, device, setting, choice, language),
                         "adds": {"device": device.name, "settings": {setting.name: choice}},
                     })  # fmt: skip
     return found
@@ -282,13 +284,16 @@ def _gesture_help(text: str) -> str:
     return LazyMessage(text, msgctxt="gesture") if text else ""
 
 
-def _choice_help(robot: Robot, setting: Setting, choice: str) -> str:
-    if setting.kind == "zone":
-        return N_("Somebody touches this part of the robot or lets go: {zone}.", zone=choice)
-    if setting.kind == "posture":
-        return N_("The robot takes this posture.")
-    motion = robot.motions.get(key(choice))
-    return _gesture_help(motion.help) if motion else N_("The robot makes this gesture.")
+def _choice_help(robot: Robot, device: FoundDevice, setting: Setting, choice: str, language: str) -> str:
+    zone, motion = setting.kind == "zone", robot.motions.get(key(choice))
+    own = japanese.word_in(japanese.ZONES if zone else japanese.MOVES, choice, language)
+    if zone:
+        return N_("Somebody touches this part of the robot or lets go: {zone}.", zone=own)
+    name, header = japanese.word_in(japanese.DEVICES, device.name, language), setting_header(setting.name, language)
+    places = {"device": name, "setting": header, "value": own}
+    if motion and motion.help and setting.kind == "gesture":
+        return N_("{device} with {setting} = {value}: {help}", help=_gesture_help(motion.help), **places)
+    return N_("{device} with {setting} = {value}", **places)
 
 
 def _offered(robot: Robot, firsts: Mapping[str, str], kind: str) -> list[str]:

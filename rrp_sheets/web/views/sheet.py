@@ -437,13 +437,16 @@ def _added_devices(
     free = iter(grid.rows[grid.filled() :])
     new = [one for one in given[:_MOST_DEVICES] if key(text_of(one, "stream")) not in have]
     devices = [robot.find(japanese.standard(japanese.DEVICES, text_of(one, "device"))) for one in new]
-    needed = [s.name for d in devices if d for k, s in d.type.settings.items() if s.required and k not in d.preset]
+    chosen = [one.get("settings", {}) for one in new]
+    if not all(isinstance(c, dict) and all(isinstance(text, str) for text in c.values()) for c in chosen):
+        raise BadRequest
+    needed = [
+        s.name for d, c in zip(devices, chosen, strict=True) if d for k, s in d.type.settings.items()
+        if k not in d.preset and (s.required or s.name in c)
+    ]  # fmt: skip
     steps: list[PutTexts | AddRows | PutHeader] = [*_new_columns(document, columns, needed)]
     names = []
-    for one in new:
-        settings = one.get("settings", {})
-        if not isinstance(settings, dict) or not all(isinstance(text, str) for text in settings.values()):
-            raise BadRequest
+    for one, settings in zip(new, chosen, strict=True):
         texts = {"Stream": text_of(one, "stream"), "Device": text_of(one, "device"), **settings}
         if key(texts["Stream"]) in have:
             continue

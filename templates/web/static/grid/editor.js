@@ -416,7 +416,7 @@ function suggest(words, where, before, text) {
     return grouped(pick([...actuators, ...chosen(words, "actuator"), ...joints], text, 0, true));
   }
   if (kind === "output") {
-    const actuators = text.trim() ? simple(words.actuators).flat().map(({ help, ...word }) => ({ ...word, does: help })) : []; // found by their names alone
+    const actuators = text.trim() ? [...chosen(words, "actuator"), ...simple(words.actuators).flat()].map(({ help, group, ...word }) => ({ ...word, does: help })) : []; // found by their names alone
     const { items, ...found } = pick([...proposed(words, where), ...actuators], text, 0, true);
     const told = items.map(({ does, ...word }) => (does === undefined ? word : { ...word, help: t("Only a subscribe row can control it. {help}", { help: does }) }));
     return { ...found, items: told, sure: false, names: [] };
