@@ -342,16 +342,50 @@ def test_a_column_is_added_from_the_menu_of_a_header(
 
 
 @pytest.mark.parametrize(
-    ("sheet", "told"), [("Devices", "choose “Add a column …”"), ("T", "headers of this sheet are fixed.")]
+    ("sheet", "headers", "name", "offered", "added"),
+    [
+        ("Gestures", ["Name", "Time (s)", "HeadYaw", "Notes"], "HeadPitch", "HeadPitch.*-0.67 .* to 0.51", "HeadPitch"),
+        ("T", HEADER, "Priority", "Priority.*the larger one wins", "Priority"),
+        ("Words", ["Ask", "Answer"], "Where", "", "Where"),
+    ],
 )
-def test_a_header_that_is_fixed_says_so_and_takes_no_text(grid: Shared, shelf: Books, sheet: str, told: str) -> None:
+def test_other_sheets_get_further_columns_too(
+    shelf: Books, sheet: str, headers: list[str], name: str, offered: str, added: str
+) -> None:
+    grid = shelf.open({"T": [HEADER], sheet: [headers, ["Greet", "1", "0.2"][: len(headers)]]}, sheet=sheet)
+    grid.checked()
+    grid.go("B2")
+    grid.page.locator("thead th[data-letter=B]").click(button="right")
+    grid.page.get_by_role("menuitem", name="Add a column …").click()
+    if offered:
+        choices = grid.page.locator("dialog .choice")
+        choice = choices.filter(has=grid.page.get_by_text(name, exact=True))
+        expect(choice).to_contain_text(re.compile(offered, re.DOTALL))
+        assert "HeadYaw" not in [text.split("\n")[0] for text in choices.all_inner_texts()]
+        assert grid.faults() == []
+        choice.click()
+    else:
+        grid.page.get_by_label("Name", exact=True).fill(name)
+        grid.page.keyboard.press("Enter")
+    becomes(lambda: columns(grid, sheet), [*headers, added])
+    place = f"{chr(ord('A') + len(headers))}2"
+    becomes(lambda: grid.here, place)  # once the page has loaded again
+    grid.write("0.3")
+    becomes(lambda: str(openpyxl.load_workbook(grid.path)[sheet][place].value), "0.3")
+    grid.go("A2")
+    grid.press("Control+z", "Control+z")
+    becomes(lambda: columns(grid, sheet), headers)
+
+
+@pytest.mark.parametrize("sheet", ["Devices", "T"])
+def test_a_header_that_is_fixed_says_so_and_takes_no_text(grid: Shared, shelf: Books, sheet: str) -> None:
     grid = shelf.open(path=grid.path, sheet=sheet)
     grid.checked()
     grid.go("B2")
     held = {"Devices": "Touch", "T": "Red ball"}[sheet]
     header = grid.page.locator("thead th[data-letter=B]")
     header.locator(".title").dblclick()
-    grid.status(told)
+    grid.status("choose “Add a column …”")
     becomes(lambda: grid.page.evaluate("String(getSelection())"), "")
     header.locator(".title").click()
     grid.page.keyboard.type("Hello")

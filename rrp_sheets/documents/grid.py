@@ -211,6 +211,13 @@ class Grid:
         blank = next((i for i, row in enumerate(reversed(self.rows)) if self.texts[row]), len(self.rows))
         return len(self.rows) - blank
 
+    @property
+    def free(self) -> int:
+        """The number of the first column to the right of all that is filled."""
+        return 1 + max(
+            (c for cells in [{c.number for c in self.columns}, *self.texts.values()] for c in cells), default=0
+        )
+
     def fill_up(self) -> list[str]:
         """The blank rows that were missing below the last filled row, and are there now."""
         missing = self.filled() + BLANK_ROWS - len(self.rows)
@@ -446,7 +453,7 @@ class PutLooks:
 class PutHeader:
     """Give a column of a table another header, if it still has the one that it had (`was`).
 
-    The sheet Devices gets a further column in this way, after all others, and loses it again with a blank header.
+    A sheet gets a further column in this way, after all others, and loses it again with a blank header.
     """
 
     sheet: str
@@ -561,7 +568,7 @@ def put_header(store: Store, author: str, grid: Grid, step: PutHeader) -> tuple[
     back = PutHeader(grid.name, step.column, step.was, step.text)
     there = {c.number: c.header for c in grid.columns}
     comes_or_goes = not (step.was and step.text)
-    if there.get(step.column, "") != step.was or grid.kind != ("devices" if comes_or_goes else "table"):
+    if there.get(step.column, "") != step.was or not (grid.kind if comes_or_goes else grid.kind == "table"):
         raise Refused(N_("The header of this column was changed."), _AGAIN)
     store(author, [SetCell(grid.name, grid.first - 1, step.column, step.text)])
     if comes_or_goes:
@@ -656,5 +663,5 @@ def clash(grid: Grid, clashes: list[Clash]) -> Refused:
 
 
 def setting_columns(grid: Grid) -> dict[str, int]:
-    """Return the numbers of the columns of a sheet Devices by the keys of their English names."""
+    """Return the numbers of a sheet's columns by the keys of their English names."""
     return {key(c.name or japanese.standard(japanese.SETTINGS, c.header)): c.number for c in grid.columns}

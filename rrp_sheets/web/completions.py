@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.connectors import Parameter, connectors
+from rrp_sheets.documents.grid import Grid, setting_columns
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.help.devices import described, device_help
@@ -25,17 +26,20 @@ from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, kind_of
 from rrp_sheets.texts import N_, LazyMessage, listed, sentences, translate
 from rrp_sheets.web.analysis import Analysis
-from rrp_sheets.workbook.schema import FIELDS, setting_header
+from rrp_sheets.workbook.schema import FIELDS, SHEETS, setting_header
 
 Word = dict[str, str]
 
 
-def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, language: str = "en") -> dict[str, Any]:
+def vocabulary(
+    analysis: Analysis, columns: Sequence[str] | None = None, language: str = "en", grids: Iterable[Grid] = ()
+) -> dict[str, Any]:
     """Return all suggestions for one workbook, in the format of the grid's script.
 
     `columns` are the keys of the columns of its sheet Devices in English, into which chosen devices are written; None
     without one.
-    `language` is that of its headers, in which devices and the choices of their settings are offered.
+    `language` is that of its headers, in which devices and the choices of their settings are offered. `grids` are the
+    sheets that may get further columns.
     """
     robot, graph, firsts = analysis.robot, analysis.graph, _firsts(analysis.robot)
     named = [s for s in graph.streams.values() if s.name]
@@ -59,7 +63,7 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, languag
         "streams": streams, "names": names, "records": records,
         "sensors": _devices(analysis, firsts, "sensor", columns),
         "actuators": _devices(analysis, firsts, "actuator", columns), "choices": _chosen(analysis, columns, language),
-        "columns": _missing_columns(analysis, columns, language),
+        "columns": {grid.name: more for grid in grids if (more := missing_columns(analysis, grid, language))},
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
             for s in named if s.kind is StreamKind.ACTUATOR
@@ -236,20 +240,25 @@ def _devices(
     ]  # fmt: skip
 
 
-def _missing_columns(analysis: Analysis, columns: Sequence[str] | None, language: str) -> list[dict[str, str]]:
-    """Return the settings that devices of the sheet Devices take and have no column for, required ones first."""
-    if columns is None:
+def missing_columns(analysis: Analysis, grid: Grid, language: str) -> list[Word]:
+    """Return the columns that a sheet may have and has not: settings of its devices, required ones first, or joints."""
+    if grid.kind not in SHEETS:
         return []
-    found: dict[str, tuple[Setting, list[str]]] = {}
-    for device in analysis.workbook.devices:
+    has = setting_columns(grid)
+    settings: dict[str, tuple[Setting, list[str]]] = {}
+    for device in analysis.workbook.devices if grid.kind == "devices" else ():
         known = analysis.robot.find(device.device.text)
         for k, setting in known.type.settings.items() if known else ():
-            if known and k not in columns and k not in known.preset:
-                found.setdefault(k, (setting, []))[1].append(device.stream.text)
+            if known and k not in has and k not in known.preset:
+                settings.setdefault(k, (setting, []))[1].append(device.stream.text)
+    joints = analysis.robot.joints.items() if grid.kind == "gestures" else ()
     return [
-        {"text": setting_header(s.name, language), "name": s.name, "help": described(s), "streams": listed(streams)}
-        for s, streams in sorted(found.values(), key=lambda one: not one[0].required)
-    ]
+        *({"text": setting_header(s.name, language), "name": s.name, "help": described(s), "streams": listed(streams)}
+          for s, streams in sorted(settings.values(), key=lambda one: not one[0].required)),
+        *({"text": j.name, "name": j.name, "help": _limits(j), "streams": ""} for k, j in joints if k not in has),
+        *({"text": c.header(language), "name": c.name, "help": c.prompt, "streams": ""}
+          for c in SHEETS[grid.kind].optional if key(c.name) not in has),
+    ]  # fmt: skip
 
 
 _NAMED = {"zone": "{choice} touch", "gesture": "{choice}", "posture": "{choice}"}
@@ -394,15 +403,17 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
     return [{"text": c} for c in listed]
 
 
+def _limits(joint: Joint) -> str:
+    if not joint.unit:
+        return N_("{low:g} (closed) to {high:g} (open).", low=joint.lower, high=joint.upper)
+    low, high = (f"{a:.2f} ({math.degrees(a):.0f}°)" for a in (joint.lower, joint.upper))
+    return N_("{low} to {high} rad; 30° is fine.", low=low, high=high)
+
+
 def _about(joint: Joint) -> Word:
     """Describe the limits of a joint's angle, for a Gestures sheet."""
-    if not joint.unit:
-        limits = N_("{low:g} (closed) to {high:g} (open).", low=joint.lower, high=joint.upper)
-    else:
-        low, high = (f"{a:.2f} ({math.degrees(a):.0f}°)" for a in (joint.lower, joint.upper))
-        limits = N_("{low} to {high} rad; 30° is fine.", low=low, high=high)
     blank = N_("Blank: it is on its way to the next keyframe that has it.")
-    return {"name": joint.name, "help": sentences(limits, blank)}
+    return {"name": joint.name, "help": sentences(_limits(joint), blank)}
 
 
 def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:

@@ -441,7 +441,8 @@ class WorkbookSession(Broadcaster):
         if kept is None or kept[0] is not analysis:
             devices = next((grid for grid in self.document.grids.values() if grid.kind == "devices"), None)
             columns = list(setting_columns(devices)) if devices is not None and not self.document.why else None
-            text = json_in(vocabulary(analysis, columns, language_of_sheets(self.document.grids.values())), language)
+            grids = list(self.document.grids.values())
+            text = json_in(vocabulary(analysis, columns, language_of_sheets(grids), grids), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:
                 self._words[language] = kept

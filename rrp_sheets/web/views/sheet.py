@@ -22,6 +22,7 @@ from rrp_sheets.diagnostics.report import MORE_LATER, FixEdit, Insert, Put, chec
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing, setting_columns
+from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model import japanese
@@ -35,6 +36,7 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences, translate
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
+from rrp_sheets.web.completions import missing_columns
 from rrp_sheets.web.diagram_parts import AROUND, part_of, parts
 from rrp_sheets.web.first_rows import FirstRow, first_row
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, error_text, script_json, show
@@ -401,23 +403,26 @@ def _change_rows(document: Document, author: str, action: str, given: Asked) -> 
 
 
 def _add_column(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
-    """Add the column of a setting to the sheet Devices; the cursor goes there, in the row that the page names."""
-    name, known = text_of(given, "setting"), session.analysis().robot.devices.values()
-    grid = document.grids.get(document.current(text_of(given, "sheet")))
-    if grid is None or grid.kind != "devices" or not any(key(name) in device.settings for device in known):
+    """Add a column to a sheet; the cursor goes there, in the row that the page names."""
+    name, grids = text_of(given, "setting").strip(), document.grids
+    grid = grids.get(document.current(text_of(given, "sheet")))
+    if grid is None or not grid.kind or not name:
         raise BadRequest
-    if not (steps := _new_columns(document, setting_columns(grid), [name])):
+    if key(name) in setting_columns(grid):
         raise Refused(N_("The sheet has this column already."), N_("Reload the page."))
-    return replace(document.together(author, steps), cursor=(text_of(given, "row"), steps[0].column))
+    if grid.kind != "table":
+        offered = missing_columns(session.analysis(), grid, language_of_sheets(grids.values()))
+        if (name := next((one["text"] for one in offered if key(one["name"]) == key(name)), "")) == "":
+            raise BadRequest
+    step = PutHeader(grid.name, grid.free, name, "")
+    return replace(document.together(author, [step]), cursor=(text_of(given, "row"), step.column))
 
 
-def _new_columns(document: Document, columns: dict[str, int], settings: Sequence[str]) -> list[PutHeader]:
+def _new_columns(grid: Grid, columns: dict[str, int], settings: Sequence[str], language: str) -> list[PutHeader]:
     """Return the edits that add columns of settings to the sheet Devices, and note these columns among the others."""
-    book, new = document.reading.workbook, [s for s in dict.fromkeys(settings) if key(s) not in columns]
-    if (sheet := book.device_sheet) is None:
-        return []
-    columns.update((key(name), sheet.free + n) for n, name in enumerate(new))
-    return [PutHeader(sheet.address.sheet, columns[key(s)], setting_header(s, book.language), "") for s in new]
+    new = [s for s in dict.fromkeys(settings) if key(s) not in columns]
+    columns.update((key(name), grid.free + n) for n, name in enumerate(new))
+    return [PutHeader(grid.name, columns[key(s)], setting_header(s, language), "") for s in new]
 
 
 def _added_devices(
@@ -444,7 +449,9 @@ def _added_devices(
         s.name for d, c in zip(devices, chosen, strict=True) if d for k, s in d.type.settings.items()
         if k not in d.preset and (s.required or s.name in c)
     ]  # fmt: skip
-    steps: list[PutTexts | AddRows | PutHeader] = [*_new_columns(document, columns, needed)]
+    steps: list[PutTexts | AddRows | PutHeader] = [
+        *_new_columns(grid, columns, needed, document.reading.workbook.language)
+    ]
     names = []
     for one, settings in zip(new, chosen, strict=True):
         texts = {"Stream": text_of(one, "stream"), "Device": text_of(one, "device"), **settings}

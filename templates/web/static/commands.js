@@ -63,7 +63,7 @@ export const COMMANDS = [
   { name: "renameName", label: t("Rename everywhere …"), when: ({ renaming, selection }) => renaming.names(selection.cell).length > 0,
     run: ({ renaming, selection }) => renaming.ask(renaming.names(selection.cell)) },
   { name: "renameColumn", label: t("Rename column …"), when: ({ table }) => table.kind === "table", run: ({ renaming }) => renaming.askColumn() },
-  { name: "addColumn", label: t("Add a column …"), when: ({ table }) => table.kind === "devices", run: ({ headers }) => headers.add() },
+  { name: "addColumn", label: t("Add a column …"), when: ({ table }) => Boolean(table.kind), run: ({ headers }) => headers.add() },
   { name: "comment", label: t("Comment …"), told: "Shift + F2", help: "shows the comments of the cell, to read, write and answer",
     at: "cell", keys: ["Shift+F2"], run: ({ threads }) => threads.open() },
   { name: "commentHeader", label: t("Comment …"), run: ({ threads, table, selection }) => threads.open(table.headers[table.column(selection.cell)]) },

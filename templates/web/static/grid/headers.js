@@ -1,5 +1,5 @@
-// The headers of the sheet: those of a table are renamed by F2, Enter or a double click; of other sheets they are fixed, and the
-// sheet Devices gets a column for each setting.
+// The headers of the sheet: those of a table are renamed by F2, Enter or a double click; of other sheets they are fixed. Each sheet
+// gets the columns that its kind may have, a table any.
 
 import { button, make } from "../elements.js";
 import { t } from "../texts.js";
@@ -38,29 +38,36 @@ export class Headers {
   edit(k) {
     const { grid } = this;
     if (grid.table.kind === "table") grid.renaming.askColumn(k);
-    else if (!grid.refuses()) {
-      grid.say(grid.table.kind === "devices" ? t("The headers of this sheet are fixed. To add a column, right-click a header or open Rows, then choose “Add a column …”.")
-        : t("The headers of this sheet are fixed."));
-    }
+    else if (!grid.refuses()) grid.say(t("The headers of this sheet are fixed. To add a column, right-click a header or open Rows, then choose “Add a column …”."));
   }
 
-  /** Ask which column to add to the sheet Devices. */
+  /** Ask which column to add. */
   add() {
     const { grid } = this;
     if (grid.held.takes(() => this.add()) || grid.refuses()) return;
-    const settings = grid.words.columns ?? [];
-    const dialog = open(t("Add a column"), [
-      make("p", settings.length ? t("Settings of the devices in this sheet that have no column yet:") : t("Each setting of the devices in this sheet has a column already.")),
-      make("div", { className: "settings" }, ...settings.map(({ text, name, help, streams }) => {
-        const choice = button("", () => {
-          dialog.close();
-          this.send(name, text);
-        }, "choice");
+    const { kind } = grid.table;
+    const add = (name, text) => {
+      dialog.close();
+      this.send(name, text);
+    };
+    const columns = grid.words.columns?.[grid.server.sheet] ?? [];
+    const title = columns.length ? { devices: t("Settings of the devices in this sheet that have no column yet:"), gestures: t("Joints of the robot that have no column yet:") }[kind] ?? ""
+      : t("This sheet has all columns that it may have.");
+    const field = make("input", { required: true, maxLength: 100, autocomplete: "off" });
+    const form = make("form", {}, make("label", { className: "field" }, t("Name"), " ", field), make("button", { className: "button first", textContent: t("Add") }));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (field.value.trim()) add(field.value.trim(), field.value.trim());
+    });
+    const dialog = open(t("Add a column"), kind === "table" ? [form] : [
+      make("p", title),
+      make("div", { className: "settings" }, ...columns.map(({ text, name, help, streams }) => {
+        const choice = button("", () => add(name, text), "choice");
         choice.append(make("b", text), make("span", streams), make("small", help));
         return choice;
       })),
     ]);
-    dialog.append(button(t("Cancel"), () => dialog.close()));
+    (kind === "table" ? form : dialog).append(button(t("Cancel"), () => dialog.close()));
   }
 
   send(setting, text) {
