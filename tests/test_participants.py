@@ -194,7 +194,10 @@ def test_robot_is_in_the_room_only_when_the_protocol_says_so(tmp_path, field):
 
 
 def test_adults_read_words_for_adults_with_task_and_purpose(tmp_path):
-    protocol = "| Participants | Adults |\n| Purpose | Light exercises |\n| What participants do | You lift your arms |"
+    protocol = (
+        "| Participants | Adults |\n| Purpose | Light exercises |\n| What participants do | You lift your arms |\n"
+        "| Withdrawal | At any time |\n| Consent | In writing |"
+    )
     sheet = sheet_of(workbook(tmp_path, "| Red ball | subscribe | | Head tracker | |\n", protocol=protocol))
     whole = " ".join(line for p in (sheet.intro, *sheet.parts) for line in p.sentences)
     assert "This is what you do: You lift your arms." in whole and "What it is for: Light exercises." in whole
@@ -244,7 +247,10 @@ def test_who_prints_is_told_what_the_sheet_lacks(tmp_path):
     ],
 )
 def test_promises_that_the_protocol_does_not_state_make_a_draft(tmp_path, protocol, status):
-    assert sheet_of(workbook(tmp_path, "| Touch | subscribe | | Print | |\n", protocol=protocol)).status == status
+    sheet = sheet_of(workbook(tmp_path, "| Touch | subscribe | | Print | |\n", protocol=protocol))
+    assert sheet.status == status
+    assert (sheet.mark, sheet.date) == ("", "") if status else sheet.mark and "☐ yes" in sheet.agree
+    assert ("do not sign" in sheet.agree) == bool(status)
 
 
 @pytest.mark.parametrize(

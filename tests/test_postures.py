@@ -11,7 +11,7 @@ pytest.importorskip("cv2")
 
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.actuators.moving import route
+from rrp_sheets.robots.trajectory import route
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -13,11 +13,15 @@ from pdftree import filled, read_pdf, tags, texts_of, unspaced
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Pack, Print, make_pack
 from rrp_sheets.render.pack.make import set_pack
 from rrp_sheets.render.pack.model import Labelled
 from rrp_sheets.resources import bundled
-from rrp_sheets.services.printing import make
+from rrp_sheets.robots import load_robot
+from rrp_sheets.services.printing import gather, make
+from rrp_sheets.sim.process import Spec
 
 GOLDEN = Path(__file__).parent / "golden" / "print"
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
@@ -236,6 +240,51 @@ def test_gestures_and_postures_are_listed_where_the_texts_are(tmp_path):
     assert "おじぎ（Bow）" in [
         w for m in pack_of(workbook(tmp_path, rows, rest=rest), language="ja").makes for w in m.words
     ]
+
+
+MOVES = (
+    "| Go | subscribe | | Bye | |\n| Go | subscribe | | Slow | |\n| Go | subscribe | | Rest | |\n| Go | subscribe | | Mine | |\n",
+    "## Devices\n| Stream | Device | Name | Tempo | Times | Speed |\n|---|---|---|---|---|---|\n| Go | OperatorButton | | | | |\n"
+    "| Bye | Gesture | Wave | | | |\n| Slow | Gesture | Wave | | 2 | |\n| Rest | Posture | Sit | | | 0.5 |\n| Mine | Gesture | Look | | | |\n\n"
+    "## Gestures\n| Name | Time (s) | HeadYaw | LShoulderPitch |\n|---|---|---|---|\n| Look | 1 | 50° | 0° |\n| Look | 2 | -30° | 0° |\n",
+)
+
+
+def test_movements_are_drawn_and_described_in_words_that_people_can_judge(tmp_path):
+    pytest.importorskip("pybullet")
+    found = gather(workbook(tmp_path, MOVES[0], rest=MOVES[1]), today=DAY)
+    assert [(m.name, len(m.poses)) for m in found.pack.movements] == [("Wave", 3), ("Wave", 3), ("Sit", 3), ("Look", 3)]
+    wave, twice, sit, look = (m.text for m in found.pack.movements)
+    assert "Waves with the raised right hand. Right arm raised up to 141°" in wave and "It takes about 4.1 s." in wave
+    assert float(re.search(r"about ([\d.]+) s", twice)[1]) > 6 and "Knees bent up to 1" in sit.replace("knees", "Knees")
+    assert (
+        "Head turned up to 50° to the left, head turned up to 30° to the right" in look
+        and "left arm raised up to 90°" in look
+    )
+    assert "gesture of this workbook" not in look
+    drawings = [[found.pictures[file] for file in m.poses] for m in found.pack.movements]
+    assert all(len(set(strip)) == len(strip) for strip in drawings)
+    top = [min(int(y) for y in re.findall(r"[ M]\d+,(\d+)", svg)) for svg in (*drawings[0][:2], drawings[2][-1])]
+    assert top[1] < top[0] < top[2], "a raised arm is above the head, and who sits is lower"
+    figures = [f.alt for f in tags(read_pdf(set_pack(found.pack, found.pictures)[0])).all("Figure")]
+    assert "Drawing 2 of 3 of the movement Wave" in figures
+
+
+@pytest.mark.parametrize(("device", "name"), [("Gesture", "Wave"), ("Gesture", "Bow"), ("Posture", "Sit")])
+def test_printed_length_of_a_movement_is_that_of_the_simulated_robot(tmp_path, device, name):
+    world_module = pytest.importorskip("rrp_sheets.sim.world")
+    rest = f"## Devices\n| Stream | Device | Name |\n|---|---|---|\n| Go | OperatorButton | |\n| Move | {device} | {name} |\n"
+    (told,) = pack_of(workbook(tmp_path, "| Go | subscribe | | Move | |\n", rest=rest)).movements
+    robot = load_robot()
+    use = DeviceUse("m", name, device, robot.devices[key(device)].with_defaults({"name": name}))
+    world = world_module.SimWorld(Spec(robot, actuators=(use,), dones={"m": "done"}))
+    world.start()
+    events, frame = [], 0
+    while not events and frame < 300:
+        frame += 1
+        events = list(world.advance(frame * 33_333, [Command("m", True, "Play!2")] if frame == 1 else []).events)
+    world.close()
+    assert float(re.search(r"about ([\d.]+) s", told.text)[1]) == pytest.approx(events[0][1]["seconds"], abs=0.3)
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -250,8 +250,8 @@ def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[st
     return notes
 
 
-def draw_legend(language: str = "en") -> tuple[str, float, float]:
-    """Return the legend as SVG, its width and its height in points."""
+def draw_legend(language: str = "en", used: Collection[str] = ()) -> tuple[str, float, float]:
+    """Return the legend as SVG, its width and its height in points; of some connectors, or of all of them."""
     words = texts(language)
     wide, y, (left, middle, right) = style.PAGE[0], 40.0, _LEGEND_X
     title, alt, size = words.get("legend.title"), words.get("legend.alt"), style.NAME_PT
@@ -276,7 +276,7 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
         text(left + 44, y + 12.4, words.get("legend.row"), size),
     ]
     y += 36
-    known = [c for c in dict.fromkeys(connectors()) if c.legend]
+    known = [c for c in dict.fromkeys(connectors()) if c.legend and (not used or c.name in used)]
     half = -(-len(known) // 2)
     for number, connector in enumerate(known):
         x, line = (left if number < half else wide / 2 + 8), y + number % half * _LEGEND_LINE

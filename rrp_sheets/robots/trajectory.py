@@ -249,3 +249,40 @@ class Planner:
                 for i in range(first, last):
                     longer[i] = max(longer[i], ratio)
         return longer
+
+
+QUICKEST = 0.5  # s, of each part of the way to a posture
+CALM = 4.0  # rad/s at full speed: no joint is faster on the way to a posture
+
+
+def posture_frames(robot: Robot, now: str, goal: str) -> list[Keyframe]:
+    """Return the keyframes from one posture to another: sitting down leads through crouching, for example."""
+    passed = route(now, goal, robot.data.get("posture_ways", {}))
+    return [
+        Keyframe(QUICKEST * n, {joint: float(angle) for joint, angle in robot.data["postures"][posture].items()})
+        for n, posture in enumerate(passed, 1)
+    ]
+
+
+def route(now: str, goal: str, ways: Mapping[str, str]) -> list[str]:
+    """Return the postures from one to another, by way of the first one that leads to both.
+
+    >>> ways = {"Crouch": "StandInit", "Sit": "Crouch", "Lie": "Sit", "Kneel": "Crouch"}
+    >>> route("Stand", "Sit", ways), route("Lie", "Stand", ways), route("Sit", "Kneel", ways), route("Sit", "Sit", ways)
+    (['Crouch', 'Sit'], ['Sit', 'Crouch', 'Stand'], ['Crouch', 'Kneel'], ['Sit'])
+    """
+    up, down = _below(now, ways), _below(goal, ways)
+    both = next((posture for posture in up if posture in down), None)
+    if both is not None:
+        up, down = up[: up.index(both) + 1], down[: down.index(both)]
+    found = [*up[1:], *reversed(down)]
+    return found if found[-1:] == [goal] else [*found, goal]
+
+
+def _below(name: str, ways: Mapping[str, str]) -> list[str]:
+    """Return a posture and those that lead up from it, without the one that is standing."""
+    found = []
+    while name in ways:
+        found.append(name)
+        name = ways[name]
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -18,8 +18,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
 from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
+from rrp_sheets.render.pack.movements import BodyPose
 from rrp_sheets.render.pack.participants import ParticipantSheet, make_sheet, set_sheet
 from rrp_sheets.render.texts import Texts, texts
+from rrp_sheets.robots import Robot
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.case_output import failure_lines
 from rrp_sheets.texts import N_, translate
@@ -122,7 +124,7 @@ def gather(
     changes = _changes((reading, checked), against, words) if against is not None else None
     pack, pictures = make_pack(
         reading, checked, _print(path, today), language=words.language, tests=tests, tests_note=note, changes=changes,
-        draft=draft,
+        draft=draft, draw_poses=_draw_poses,
     )  # fmt: skip
     return Gathered(checked, pack, pictures)
 
@@ -134,6 +136,15 @@ def gather_sheet(
     reading, checked = _checked(path, draft)
     words = texts(language or checked.run.language)
     return checked, make_sheet(reading, checked, _print(path, today), language=words.language, draft=draft)
+
+
+def _draw_poses(robot: Robot, strips: Sequence[Sequence[BodyPose]]) -> Sequence[Sequence[str]]:
+    """Draw the robot's gestures; where the simulator is not installed, they have words only."""
+    try:
+        from rrp_sheets.sim.poses import draw_poses
+    except ImportError:
+        return [() for _ in strips]
+    return draw_poses(robot, strips)
 
 
 def _print(path: Path, today: date | None) -> Print:

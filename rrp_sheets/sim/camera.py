@@ -154,7 +154,7 @@ class FilmCamera:
 
         def best(ways: Sequence[float]) -> tuple[int, float, Pose]:
             """Return the view in which the least hides the robot; of several the nearest, where it is largest."""
-            views = [_viewpoint(corners, azimuth, self.lens) for azimuth in ways]
+            views = [viewpoint(corners, azimuth, self.lens) for azimuth in ways]
             return min(((_hidden(hiding, pose), far, pose) for far, pose in views), key=lambda view: view[:2])
 
         view = best(azimuths)
@@ -190,7 +190,7 @@ def _hidden(hiding: Sequence[tuple[float, float, float]], pose: Pose) -> int:
     return count
 
 
-def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:
+def viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:
     """Return the distance (infinite when they do not fit) and the pose from which points are as large as can be.
 
     The camera looks from `azimuth` (rad, 0 is ahead of the robot).

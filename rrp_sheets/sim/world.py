@@ -291,18 +291,18 @@ def force(values: Mapping[str, Value], yaw: float) -> tuple[float, float, float]
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
-    """Drop what C code writes to the standard output within the block (Python's own must not be used there)."""
+def quiet(descriptor: int = 1) -> Iterator[None]:
+    """Drop what C code writes to a descriptor (1: standard output) within the block, where Python must not use it."""
     flush = ctypes.CDLL(None).fflush  # the library's lines are buffered, and would come out at the program's end
     sys.stdout.flush()
     flush(None)
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
+    kept, nowhere = os.dup(descriptor), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, descriptor)
     try:
         yield
     finally:
         flush(None)
-        os.dup2(kept, 1)
+        os.dup2(kept, descriptor)
         os.close(kept)
         os.close(nowhere)
 

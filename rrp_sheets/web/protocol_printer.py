@@ -186,7 +186,7 @@ def write_preview(path: str, digest: str, against: str, language: str, target: s
     from rrp_sheets.render.diagram import draw_legend
 
     found = _gathered(path, digest, against, language)
-    legend, _, _ = draw_legend(found.pack.language)
+    legend, _, _ = draw_legend(found.pack.language, found.pack.connectors)
     preview = ProtocolPreview(found.pack, found.pictures, legend)
     Path(target).write_text(json.dumps(codec.pack(preview)), encoding="ascii")
 

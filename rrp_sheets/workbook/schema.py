@@ -407,6 +407,12 @@ _FIELDS = (
                   synonyms=("立ち会う人",), asked="always"),
     ProtocolField("Distance kept", prompt=N_("How far participants stay from the robot, and how this is kept."),
                   synonyms=("ロボットとの距離",), asked="always"),
+    ProtocolField("Test of Stop", prompt=N_("Who tests before each session that Stop works, and when."),
+                  synonyms=("停止の確認",), asked="always"),
+    ProtocolField("Changes after approval", prompt=N_("Who prevents that rows and formulas are changed between "
+                  "approval and session, and who compares the checksum."), synonyms=("承認後の変更",), asked="always"),
+    ProtocolField("Network", prompt=N_("Whether the program is opened to other computers (serve --lan), to whom, and "
+                  "in which network."), synonyms=("ネットワーク",), asked="always"),
     ProtocolField("Robot used", prompt=N_("Which robot: version, serial number, last check. Whether it stands or sits, "
                                           "on a table or the floor, and where battery, charger and cables are."),
                   synonyms=("使用するロボット",), asked="real"),

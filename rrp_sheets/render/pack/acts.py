@@ -11,6 +11,7 @@ from rrp_sheets.graph import Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
 from rrp_sheets.render.pack.model import Act, Labelled, Rival, Said
+from rrp_sheets.render.pack.movements import named_moves
 from rrp_sheets.render.pack.source import Driver, Source, driver_refs
 from rrp_sheets.render.style import clean
 from rrp_sheets.robots import DeviceType, Robot
@@ -112,16 +113,11 @@ def by_stream(source: Source) -> dict[str, list[Driver]]:
 def makes(source: Source) -> tuple[Said, ...]:
     """Return the gestures that rows can make and the postures that they can take, with their streams."""
     lines: Lines = {}
-    for driver in source.drivers:
-        stream, device = driver.stream, driver.stream.device
-        setting = device.type.settings.get("name") if device else None
-        if driver.stops or device is None or setting is None or setting.kind not in ("gesture", "posture"):
-            continue
-        fixed = stream.settings.get("name")
-        names = [str(fixed)] if fixed else source.speech.texts_of(driver.step)
-        words = device.type.words(source.words.language)
+    for driver, kind, names in named_moves(source):
+        assert driver.stream.device is not None
+        words = driver.stream.device.type.words(source.words.language)
         if names:
-            line = tuple(words.said(clean(name), setting.kind) for name in names), clean(stream.name)
+            line = tuple(words.said(clean(name), kind) for name in names), clean(driver.stream.name)
             lines.setdefault(line, []).append(driver)
     return _in_lines(lines)
 

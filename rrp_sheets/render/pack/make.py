@@ -17,7 +17,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.model.workbook import Behaviour
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
-from rrp_sheets.render.pack import acts, body, front, model, people, study
+from rrp_sheets.render.pack import acts, body, front, model, movements, people, study
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.model import BehaviourPart, Changes, Figure, Pack, Sheet, TestSheetResult
 from rrp_sheets.render.pack.source import Source
@@ -45,11 +45,13 @@ Draw = Callable[..., tuple[tuple[Figure, ...], list[str]]]
 def make_pack(
     reading: Reading, checked: Checked, this: Print, *, language: str = "en", tests: Sequence[TestSheetResult] = (),
     tests_note: str = "", changes: Changes | None = None, draft: bool = False, drawn: bool = True,
+    draw_poses: movements.Draw | None = None,
 ) -> tuple[Pack, Pictures]:  # fmt: skip
     """Make the pack of a checked workbook, and its diagrams by the names under which it refers to them.
 
     The workbook may have errors: then it is marked as a draft on every page, as with `draft`. The `language` is that of
     the program's own words, `tests_note` a remark on all tests; unless `drawn` it has no diagrams, only texts.
+    `draw_poses` draws the robot in the poses of its gestures; without it they have words only.
     """
     words = texts(language)
     source = Source(reading, checked, words, Rows(checked.graph, checked.workbook, words))
@@ -75,13 +77,17 @@ def make_pack(
             findings_left_out=get("more", n=left) if left > 0 else "",
             sensed=people.sensed(source), kept=people.kept(source), says=said,
             says_note=get("says.by_hand_open" if front.is_open(said) else "says.by_hand"),
-            makes=acts.makes(source), acts=acts.acts(source), cautions=acts.cautions(source),
+            makes=acts.makes(source),
+            movements=movements.movements(source, pictures, draw_poses), acts=acts.acts(source),
+            cautions=acts.cautions(source),
             rivals=acts.rivals(source), hand=people.hand(source),
             hand_title=get("hand.title" if source.buttons else "hand.title_none"),
             hand_note=get("hand.note" if source.buttons else "hand.note_none"), always=people.always(source),
             stops=people.stops(source), tests=tuple(tests),
             tests_note=tests_note,
-            behaviours=behaviours, sheets=sheets(source), changes=changes, consent=people.consent(source),
+            behaviours=behaviours,
+            connectors=tuple(sorted({s.connector.name for b in checked.graph.behaviours for s in b.steps})),
+            sheets=sheets(source), changes=changes, consent=people.consent(source),
             statements=people.statements(source), meets=study.meets(source), missing=lacks,
             missing_note=study.missing_note(source, study.count(lacks)),
             missing_where=study.missing_where(source),
@@ -215,7 +221,7 @@ def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes
         SheetsError: Typst could not set it.
     """
     words = texts(pack.language)
-    legend, wide, _ = draw_legend(pack.language)
+    legend, wide, _ = draw_legend(pack.language, pack.connectors)
     own = {name.removeprefix("pack."): text for name, text in words.entries.items() if name.startswith("pack.")}
     data = {
         "paper": {"a4": "a4", "letter": "us-letter"}[paper],

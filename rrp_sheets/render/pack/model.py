@@ -68,6 +68,15 @@ class Said:
 
 
 @dataclass(frozen=True)
+class DrawnMovement:
+    """A gesture or posture that rows can make: what it is, how far and how long it goes, the files of its drawings."""
+
+    name: str
+    text: str
+    poses: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Act:
     """An actuator stream: what it does, which parts of the robot it uses, how fast at most."""
 
@@ -231,6 +240,7 @@ class Pack:
     Attributes:
         status: what is wrong with using it (`DRAFT`), or empty.
         digest: SHA-256 of the workbook.
+        connectors: names of those that rows use, for the legend.
         facts: of the title block; `glance`: the boxes of the first page.
         kept: what is stored; `consent`: consent, withdrawal and deletion.
         meets: which robot participants meet; `body`: the robot's size, weight, forces and speeds.
@@ -259,6 +269,7 @@ class Pack:
     says: tuple[Said, ...]
     says_note: str
     makes: tuple[Said, ...]
+    movements: tuple[DrawnMovement, ...]
     acts: tuple[Act, ...]
     cautions: tuple[Labelled, ...]
     rivals: tuple[Rival, ...]
@@ -270,6 +281,7 @@ class Pack:
     tests: tuple[TestSheetResult, ...]
     tests_note: str
     behaviours: tuple[BehaviourPart, ...]
+    connectors: tuple[str, ...]
     sheets: tuple[Sheet, ...]
     changes: Changes | None
     consent: tuple[Labelled, ...]

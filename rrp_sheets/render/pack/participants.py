@@ -48,7 +48,7 @@ class ParticipantSheet:
 
     Attributes:
         intro: who the robot is; stands beside its `picture`, an SVG text or empty.
-        study: the title of the study; `agree`, `mark` and `date`: what a participant fills in.
+        study: the title of the study; `agree`, `mark` and `date`: what a participant fills in; not on a draft.
         aloud: that it is read to a child, or empty; `status`: that it is a draft, or empty.
         foot: version, day and the first digits of the workbook's SHA-256.
     """
@@ -85,7 +85,8 @@ def make_sheet(
     return ParticipantSheet(
         language=words.language, title=writer.say("title", robot=robot),
         study=shortened(clean(source.protocol("Title")), 60), aloud=writer.say("aloud") if aloud else "",
-        agree=writer.say("agree"), mark=writer.say("mark"), date=writer.say("date"),
+        agree=writer.say("agree_not" if status else "agree"),
+        mark="" if status else writer.say("mark"), date="" if status else writer.say("date"),
         intro=writer.intro(robot), picture=_picture(checked),
         alt=writer.say("alt", robot=robot), parts=writer.parts(),
         status=writer.say(status) if status else "",

@@ -16,13 +16,15 @@ STUDY = (
     "Research question", "Design", "Measures", "Analysis and publication", "Participants",
     "Why these participants", "Number of participants",
     "Inclusion and exclusion", "Recruitment", "Compensation", "Sessions", "Place", "Period", "Present", "Distance kept",
+    "Test of Stop",
+    "Changes after approval",
     "Robot used", "Ending the study", "Feedback", "Investigators", "Training and background checks",
     "Permissions and conformity", "Funding and conflicts of interest", "Insurance", "Attachments",
 )  # fmt: skip
 BENEFITS = ("Benefits", "Adverse events and safeguarding", "Incidental findings")
 DATA = (
     "Data kept", "Other data", "Retention", "Lawful basis and impact assessment", "Responsible for the data",
-    "Face data", "Access", "Code key", "Encryption", "Sharing",
+    "Face data", "Access", "Code key", "Encryption", "Network", "Sharing",
 )  # fmt: skip
 CONSENT = ("Information sheets", "Consent and capacity", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
 OPERATOR = ("Participants are told", "Reason for concealment", "Debriefing")

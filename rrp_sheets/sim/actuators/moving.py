@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from rrp_sheets.model import japanese
 from rrp_sheets.model.exchange import Command, Notice
@@ -11,7 +11,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.perception.pinhole import Vector
 from rrp_sheets.robots.catalogue import Keyframe
-from rrp_sheets.robots.trajectory import COUPLED
+from rrp_sheets.robots.trajectory import CALM, COUPLED, posture_frames
 from rrp_sheets.sim.actuators.base import SimActuator, as_number
 from rrp_sheets.sim.actuators.tracker import Detection, Pointing
 from rrp_sheets.sim.arbitration import Job
@@ -191,8 +191,6 @@ class Walk(SimActuator, device="Walk"):
 RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
 KEYFRAMES_REACHED = 0.06  # rad: nearer than this a joint is where it was sent
 KEYFRAMES_PATIENCE_US = 3_000_000  # joints that are not there so long after the motion are blocked: given up
-QUICKEST = 0.5  # s, of each part of the way
-CALM = 4.0  # rad/s at full speed
 
 
 class Keyframed(SimActuator):
@@ -336,8 +334,7 @@ class Posture(Keyframed, device="Posture"):
         if name is None:
             self.unknown(command, N_("{device}: there is no posture {name}."), named, robot.postures)
             return
-        passed = route(self._now(), name, robot.data.get("posture_ways", {}))  # sitting down leads through crouching
-        frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(passed, 1)]
+        frames = posture_frames(robot, self._now(), name)
         speed = float(self.settings["speed"])
         motion = Motion(self.parts.body, frames, returns=False, share=speed, peak=CALM * speed)
         lean = robot.data.get("posture_leans", {}).get(name, 0.0)
@@ -345,7 +342,7 @@ class Posture(Keyframed, device="Posture"):
 
         def during(motion: Motion) -> None:
             nonlocal leaning
-            wanted = lean if motion.passed >= len(passed) - 1 else 0.0  # up from the floor first
+            wanted = lean if motion.passed >= len(frames) - 1 else 0.0  # up from the floor first
             if wanted != leaning:
                 leaning = wanted
                 self.parts.stance.follow_legs(wanted)
@@ -371,27 +368,3 @@ class Posture(Keyframed, device="Posture"):
         return min(
             body.robot.postures, key=lambda p: math.fsum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs)
         )
-
-
-def route(now: str, goal: str, ways: Mapping[str, str]) -> list[str]:
-    """Return the postures from one to another, by way of the first one that leads to both.
-
-    >>> ways = {"Crouch": "StandInit", "Sit": "Crouch", "Lie": "Sit", "Kneel": "Crouch"}
-    >>> route("Stand", "Sit", ways), route("Lie", "Stand", ways), route("Sit", "Kneel", ways), route("Sit", "Sit", ways)
-    (['Crouch', 'Sit'], ['Sit', 'Crouch', 'Stand'], ['Crouch', 'Kneel'], ['Sit'])
-    """
-    up, down = _below(now, ways), _below(goal, ways)
-    both = next((posture for posture in up if posture in down), None)
-    if both is not None:
-        up, down = up[: up.index(both) + 1], down[: down.index(both)]
-    found = [*up[1:], *reversed(down)]
-    return found if found[-1:] == [goal] else [*found, goal]
-
-
-def _below(name: str, ways: Mapping[str, str]) -> list[str]:
-    """Return a posture and those that lead up from it, without the one that is standing."""
-    found = []
-    while name in ways:
-        found.append(name)
-        name = ways[name]
-    return found
