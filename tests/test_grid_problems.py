@@ -137,7 +137,10 @@ SPEAKS = [["Input streams", "Connector", "Formula", "Output stream"],
 RISKS = ["Risk", "For whom", "How likely", "What reduces it", "Who ends the session when"]
 
 
-@pytest.mark.parametrize("mine", [[], [["Boredom", "The child", "Possible", "Games", "The child, at any sign"]]])
+BOREDOM = [["Boredom", "The child", "Possible", "Games", "The child, at any sign"]]
+
+
+@pytest.mark.parametrize("mine", [[], pytest.param(BOREDOM, marks=pytest.mark.slow)])
 def test_risks_that_a_fix_proposes_are_one_step_of_undo(shelf: Books, mine: list[list[str]]) -> None:
     grid = shelf.open({"T": SPEAKS, "Risks": [RISKS, *mine], "Protocol": [["Field", "Value"]]}, sheet="Risks")
     finding = grid.page.locator(".problem-list li", has_text="PROT012")
