@@ -270,11 +270,13 @@ def test_a_run_leaves_everything_in_its_folder(ran):
 
 
 def test_the_trace_has_header_events_and_summary(ran):
-    run = ran("simple-tracking")
+    run = ran(FILMED)
     header, summary = run.lines[0], run.lines[-1]
     assert header["type"] == "header" and header["robot"] == "nao" and header["engine"] == "frame"
     assert header["mode"] == "simulated" and header["seed"] == 7 and len(header["workbook"]) == 64
-    assert summary["type"] == "summary" and summary["simulated_seconds"] == pytest.approx(15.5 / run.pace, abs=1 / 30)
+    assert summary["type"] == "summary" and summary["simulated_seconds"] == pytest.approx(
+        ENDS[FILMED] / run.pace, abs=1 / 30
+    )
     assert summary["events"]["Red ball"] == len(run["Red ball"])
 
 
@@ -289,7 +291,7 @@ def test_a_run_lasts_five_seconds_longer_than_its_scene_by_itself(tmp_path):
 def test_the_table_of_the_run_is_tidy(ran):
     import openpyxl
 
-    run = ran("simple-tracking")
+    run = ran(FILMED)
     sheet = openpyxl.load_workbook(run.folder / "run.xlsx", read_only=True).active
     header, *lines = list(sheet.iter_rows(values_only=True))
     assert header[:6] == ("time_s", "kind", "stream", "row", "value", "message")
