@@ -52,6 +52,7 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
         grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
 
 
+@pytest.mark.slow
 def test_a_fix_adds_a_column_to_the_devices_which_every_page_shows_at_once(shelf: Books) -> None:
     row = ["", "Chest button", "subscribe", '"こんにちは"', "Say", ""]
     path = shelf.file({"T": [TRACKING["T"][0], row], "Devices": [["Stream", "Device"], ["Ask", "Say"]]})

@@ -123,7 +123,9 @@ def test_it_checks_with_the_expected_warnings_only(name):
     assert check(FOLDER / f"{name}.xlsx").report.flatten(["code"]) == EXPECTED_WARNINGS.get(name, [])
 
 
-@pytest.mark.parametrize("name", [*NAMES, *THERAPY])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in COVERED)) for name in [*NAMES, *THERAPY]]
+)
 def test_it_is_what_make_py_makes_of_its_source(name, tmp_path):
     made = api.convert(FOLDER / "source" / f"{name}.md", tmp_path / "made.xlsx")
     assert made.read_bytes() == (FOLDER / f"{name}.xlsx").read_bytes(), "run `python workbooks/make.py`"
