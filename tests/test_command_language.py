@@ -192,6 +192,7 @@ def test_changes_of_a_workbook_are_told_by_the_catalogue(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("brackets")
+@pytest.mark.slow
 def test_a_run_is_told_by_the_catalogue(folder: Path) -> None:
     pytest.importorskip("pybullet")
     code, said = run("run", "良.md", "--fast", "--for", "1s", "--out", "出")
@@ -260,8 +261,10 @@ def test_what_programs_read_is_the_same_in_every_language(
 @pytest.mark.parametrize(
     "environment",
     [
-        {"LC_ALL": "ja_JP.UTF-8"}, {"LC_ALL": "C"}, {"LC_ALL": "nonsense.☃"}, {"LANG": "ja_JP.eucJP"},
-        {"LC_ALL": "ja_JP.UTF-8", "PYTHONIOENCODING": "ascii"}, {"LC_ALL": "ja_JP.SJIS", "PYTHONUTF8": "0"},
+        {"LC_ALL": "C"}, {"LC_ALL": "ja_JP.UTF-8", "PYTHONIOENCODING": "ascii"},
+        {"LC_ALL": "ja_JP.SJIS", "PYTHONUTF8": "0"}, pytest.param({"LC_ALL": "ja_JP.UTF-8"}, marks=pytest.mark.slow),
+        pytest.param({"LC_ALL": "nonsense.☃"}, marks=pytest.mark.slow),
+        pytest.param({"LANG": "ja_JP.eucJP"}, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_no_locale_breaks_a_command(folder: Path, environment: dict[str, str]) -> None:

@@ -10,6 +10,7 @@ import forked
 import pytest
 from busy import Span, crowded, within
 from play import Played, check, rows
+from typed import run
 
 from rrp_sheets.engine import runners
 from rrp_sheets.engine.engine import EventEngine
@@ -299,15 +300,13 @@ def test_a_workbook_that_asks_for_the_event_loop_runs_in_it(tmp_path):
         "| Red ball | subscribe | | Head tracker |",
         "## Protocol\n| Field | Value |\n|---|---|\n| Engine | Event loop |\n",
     ))  # fmt: skip
-    command = [*forked.COMMAND, "run", str(book)]
-    done = forked.run([*command, "--for", "1.5s", "--out", str(tmp_path / "o")], capture_output=True, text=True,
-                      timeout=300)  # fmt: skip
+    command = [*forked.COMMAND, "run", str(book), "--for", "1.5s", "--out", str(tmp_path / "o")]
+    done = forked.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     lines = [json.loads(line) for line in (tmp_path / "o" / "trace.jsonl").read_text().splitlines()]
     assert lines[0]["engine"] == "event loop" and lines[-1]["ended"] == "time"
     ticks = [line["t"] for line in lines if line.get("stream") == "T!S"]
     assert ticks == sorted(set(ticks)) and len(ticks) >= 2  # a busy machine may give nothing new for a tick
     assert all(tick == pytest.approx(0.3 * round(tick / 0.3)) for tick in ticks)
-    fast = forked.run([*command, "--fast", "--out", str(tmp_path / "p")], capture_output=True, text=True,
-                      timeout=300)  # fmt: skip
-    assert fast.returncode == 2 and "frame" in fast.stderr and not (tmp_path / "p").exists()
+    code, said = run("run", book, "--fast", "--out", tmp_path / "p")
+    assert code == 2 and "frame" in said and not (tmp_path / "p").exists()

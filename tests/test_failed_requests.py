@@ -52,7 +52,9 @@ def page(page: Any, folder: Path, tmp_path_factory: pytest.TempPathFactory) -> A
     return page
 
 
-@pytest.mark.parametrize("address", PLACES)
+@pytest.mark.parametrize(
+    "address", [pytest.param(a, marks=[pytest.mark.slow] * (not a.endswith(("print", "lookback")))) for a in PLACES]
+)
 def test_a_piece_that_does_not_come_is_told_and_asked_for_again(page: Any, address: str) -> None:
     pattern, content, status, body, words = PLACES[address]
     trouble = page.get_by_role("main").get_by_role("alert")

@@ -74,7 +74,6 @@ def test_a_gesture_is_played_on_the_robots_model(drawing: Books) -> None:
     assert not grid.errors
 
 
-@pytest.mark.slow
 def test_pose_writes_the_start_posture_below_the_row_and_is_taken_back(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="Gestures")
     before = keyframes(grid)
@@ -112,6 +111,7 @@ def test_cells_say_what_their_joint_can_do_and_names_are_offered(shelf: Books) -
     assert "Sulk" in devices.offered("C3", "Su") and "Thinking" in devices.offered("C3", "Thi")
 
 
+@pytest.mark.slow
 def test_pose_takes_the_joints_of_the_robot_that_runs(shelf: Books) -> None:
     sheets = {**SHEETS, "T": [HEADER, ["", "Timer", "subscribe", "0.7", "Turn", ""]],
               "Devices": [["Stream", "Device", "Joint", "Every"], ["Timer", "Timer", "", "0.2 s"], ["Turn", "Set joint position", "HeadYaw", ""]]}  # fmt: skip

@@ -171,7 +171,9 @@ FITS = """() => {
 }"""
 
 
-@pytest.mark.parametrize("locale", ["en-US", "ko-KR"])  # the latter with a field for an input method
+@pytest.mark.parametrize(
+    "locale", ["en-US", pytest.param("ko-KR", marks=pytest.mark.slow)]
+)  # the latter with a field for an input method
 def test_the_selected_cell_has_a_name_a_menu_and_an_outline(shelf: Books, locale: str) -> None:
     grid = GridPage(shelf.browser, shelf.url, shelf.file().name, locale=locale)
     focused = grid.page.locator(":focus")

@@ -52,6 +52,7 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
         grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
 
 
+@pytest.mark.slow
 def test_a_fix_adds_a_column_to_the_devices_which_every_page_shows_at_once(shelf: Books) -> None:
     row = ["", "Chest button", "subscribe", '"こんにちは"', "Say", ""]
     path = shelf.file({"T": [TRACKING["T"][0], row], "Devices": [["Stream", "Device"], ["Ask", "Say"]]})
@@ -137,7 +138,10 @@ SPEAKS = [["Input streams", "Connector", "Formula", "Output stream"],
 RISKS = ["Risk", "For whom", "How likely", "What reduces it", "Who ends the session when"]
 
 
-@pytest.mark.parametrize("mine", [[], [["Boredom", "The child", "Possible", "Games", "The child, at any sign"]]])
+BOREDOM = [["Boredom", "The child", "Possible", "Games", "The child, at any sign"]]
+
+
+@pytest.mark.parametrize("mine", [[], pytest.param(BOREDOM, marks=pytest.mark.slow)])
 def test_risks_that_a_fix_proposes_are_one_step_of_undo(shelf: Books, mine: list[list[str]]) -> None:
     grid = shelf.open({"T": SPEAKS, "Risks": [RISKS, *mine], "Protocol": [["Field", "Value"]]}, sheet="Risks")
     finding = grid.page.locator(".problem-list li", has_text="PROT012")

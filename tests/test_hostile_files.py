@@ -322,7 +322,9 @@ def test_refused(case: str, tmp_path: Path, measured: Callable[[Path], dict[str,
     assert result["megabytes"] < 300, result
 
 
-@pytest.mark.parametrize("case", READ)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.slow] * case.startswith(("a date", "names"))) for case in READ]
+)
 def test_read_all_the_same(case: str, tmp_path: Path, measured: Callable[[Path], dict[str, object]]) -> None:
     path = tmp_path / "x.xlsx"
     path.write_bytes(READ[case]())

@@ -155,12 +155,15 @@ def test_a_lesson_that_is_not_there_is_the_first_to_do(number: int, tmp_path: Pa
     assert panel is not None and (panel.place, panel.title) == (2, "Near")
 
 
+@pytest.fixture(scope="module", params=["tutorial.xlsx", "tutorial.ja.xlsx"])
+def tutorial(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Document:
+    """A tutorial that nobody has begun, without a page."""
+    return Document(Path(shutil.copy(TUTORIAL.with_name(request.param), tmp_path_factory.mktemp("tutorial"))), None)
+
+
 @pytest.mark.parametrize("number", range(1, len(LESSONS) + 1))
-@pytest.mark.parametrize("name", ["tutorial.xlsx", "tutorial.ja.xlsx"])
-def test_each_lesson_knows_where_its_steps_are_written(name: str, number: int, tmp_path: Path) -> None:
-    shutil.copy(TUTORIAL.with_name(name), tmp_path)
-    document = Document(tmp_path / name, None)
-    tests = WorkbookTests(document, None, lambda _: None, lambda: False)  # type: ignore[arg-type]
-    panel = lesson_panel(tests, document, name, next(iter(document.grids)), number)
+def test_each_lesson_knows_where_its_steps_are_written(tutorial: Document, number: int) -> None:
+    tests = WorkbookTests(tutorial, None, lambda _: None, lambda: False)  # type: ignore[arg-type]
+    panel = lesson_panel(tests, tutorial, tutorial.path.name, next(iter(tutorial.grids)), number)
     assert panel is not None and panel.shows and all(step.cells for step in panel.steps)
     assert panel.steps[0].state == "now"

@@ -13,7 +13,7 @@ FRONT = (-0.5, 0.2, 1.448)  # rad, rad, m: of the robot alone, in a picture of t
 STEP = 0.12  # rad, of an arrow key
 PIXEL = 0.008  # rad, of a drag
 OPENING = """async () => {
-  const [{ Orbit }, THREE] = await Promise.all([import("/static/run/stage3d.js"), import("/vendor/js/three.module.js")]);
+  const [{ Orbit }, THREE] = await Promise.all([import("/static/run/stage3d.js"), import("/static/vendor/js/three.module.js")]);
   document.body.innerHTML = `<div class="robot3d"><div class="room"><canvas tabindex="0"></canvas></div></div>`;
   const style = Object.assign(document.createElement("link"), { rel: "stylesheet", href: "/static/run-views.css" });
   await new Promise((done) => { style.onload = done; document.head.append(style); });

@@ -279,8 +279,15 @@ def measured(data: bytes) -> tuple[int, float, str]:
     return len(pdf.pages), min(sizes), " ".join(texts_of(pdf))
 
 
-@pytest.mark.parametrize("paper", ["a4", "letter"])
-@pytest.mark.parametrize("language", ["en", "ja"])
+@pytest.mark.parametrize(
+    ("language", "paper"),
+    [
+        ("ja", "a4"),
+        ("en", "letter"),
+        pytest.param("en", "a4", marks=pytest.mark.slow),
+        pytest.param("ja", "letter", marks=pytest.mark.slow),
+    ],
+)
 def test_the_fullest_sheet_is_one_page_of_large_type(everything, language, paper):
     printed = make_for_participants(everything, language=language, paper=paper, today=DAY)
     pages, smallest, text = measured(printed.data)

@@ -25,10 +25,7 @@ from rrp_sheets.sim.process import Spec
 
 GOLDEN = Path(__file__).parent / "golden" / "print"
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
-VARIED = {
-    "debugging-exercise", "follow-my-pointing", "greeter-with-memory", "mixed-control", "say-ball-colour-ja",
-    "say-ball-colour-merge", "story",
-}  # fmt: skip
+VARIED = {"follow-my-pointing", "mixed-control", "say-ball-colour-ja"}
 """Those that have between them all that any of them has to print."""
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import forked
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 from processes import workers
 
 from rrp_sheets.cli.main import group
@@ -122,37 +123,43 @@ def twice(book: Path, seconds: float, folder: Path):
     command = [*COMMAND, "run", str(book), "--fast", "--for", f"{seconds}s"]
     with (
         one_core(),
-        limited(subprocess.Popen([*command, "--out", str(one), "--json"], **PIPES)) as started,
+        limited(subprocess.Popen([*command, "--out", str(one)], **PIPES)) as started,
         limited(forked.Forked([*command, "--out", str(other)], env=ENV, stdout=subprocess.DEVNULL)) as quicker,
     ):
-        output, errors = started.communicate()
+        _, errors = started.communicate()
     assert "Traceback" not in errors, errors
     assert (started.returncode, quicker.returncode) == (0, 0)
-    return output, one, other
+    return one, other
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """A run of a second and a half, twice: what the started one has printed, and both folders."""
-    folder = tmp_path_factory.mktemp("ran")
-    (folder / "talking.md").write_text(TALKING)
-    return twice(folder / "talking.md", 1.5, folder)
+    """A run of a second and a half in the default folder: what it has printed, its errors and its folder."""
+    folder = tmp_path_factory.mktemp("ran") / "実験 1 (a & b)"
+    folder.mkdir()
+    book = folder / "追跡 one.md"
+    book.write_text(TALKING)
+    done = started("run", book, "--fast", "--for", "1.5s", "--json", "--participant", "Anna Smith")
+    assert done.returncode == 0
+    (out,) = (folder / "runs").iterdir()
+    return done.stdout, done.stderr, out
 
 
 @pytest.mark.slow
-def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(ran):
-    _, one, other = ran
+def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path):
+    (tmp_path / "talking.md").write_text(TALKING)
+    one, other = twice(tmp_path / "talking.md", 1.5, tmp_path)
     assert events(one) == events(other) and len(events(one)) > 30
 
 
 @pytest.mark.soak
 def test_a_longer_run_gives_the_same_bytes_however_busy_the_machine(tmp_path):
-    _, one, other = twice(bundled("workbooks", "complex-tracking.xlsx"), 4, tmp_path)
+    one, other = twice(bundled("workbooks", "complex-tracking.xlsx"), 4, tmp_path)
     assert events(one) == events(other) and len(events(one)) > 120
 
 
 def test_a_run_tells_what_happens_and_what_it_left(ran):
-    output, out, _ = ran
+    output, _, out = ran
     assert "says “Red”" in output and "trace.jsonl" in output
     summary = json.loads(output.splitlines()[-1])
     assert summary["simulated_seconds"] == 1.5 and summary["wall_seconds"] > 0 and summary["errors"] == {}
@@ -161,20 +168,23 @@ def test_a_run_tells_what_happens_and_what_it_left(ran):
     assert summary["events"]["Red ball"] > 10 and summary["folder"] == str(out)
 
 
-def test_a_path_with_spaces_and_japanese_letters_the_default_folder_and_a_reader_that_goes_away(tmp_path):
-    folder = tmp_path / "実験 1 (a & b)"
-    folder.mkdir()
-    book = folder / "追跡 one.xlsx"
-    book.write_bytes(BOOK.read_bytes())
-    command = [*COMMAND, "run", str(book), "--fast", "--for", "0.7s"]
+def test_a_path_with_spaces_and_japanese_letters_and_the_default_folder(ran):
+    _, _, out = ran
+    assert out.name.endswith("追跡-one") and json.loads(events(out)[-1])["ended"] == "time"
+    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in out.iterdir()}
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_when_the_reader_of_its_output_goes_away(tmp_path):
+    out = tmp_path / "o"
+    command = [*COMMAND, "run", str(BOOK), "--fast", "--for", "0.7s", "--out", str(out)]
     with limited(forked.Forked(command, cwd="/", **PIPES)) as process:
         process.stdout.readline()
         process.stdout.close()  # the run goes on nevertheless
         errors = process.stderr.read()
     assert process.returncode == 0 and errors == ""
-    (run,) = (folder / "runs").iterdir()
-    assert run.name.endswith("追跡-one") and json.loads(events(run)[-1])["ended"] == "time"
-    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in run.iterdir()}
+    assert json.loads(events(out)[-1])["ended"] == "time"
+    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in out.iterdir()}
 
 
 @pytest.mark.slow
@@ -202,6 +212,8 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     assert process.returncode == 3 and "stopped unexpectedly" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
     assert (out / "run.xlsx").is_file()
+    with Image.open(out / "film.gif") as film:
+        film.load()
 
 
 @pytest.mark.parametrize(
@@ -274,15 +286,14 @@ def test_a_workbook_with_errors_does_not_run(tmp_path):
     assert json.loads(done.stdout.splitlines()[-1])["findings"][0]["code"] == "GRAPH001"
 
 
-def test_a_name_as_the_participants_code_is_warned_of(tmp_path):
-    done = rrp("run", BOOK, "--fast", "--for", "0.1s", "--out", tmp_path / "out", "--participant", "Anna Smith")
-    assert done.returncode == 0
-    assert "“Anna Smith” looks like a name. Recordings should have a code, such as P-07." in done.stderr
-    assert json.loads((tmp_path / "out" / "trace.jsonl").read_text().splitlines()[0])["participant"] == "Anna Smith"
+def test_a_name_as_the_participants_code_is_warned_of(ran):
+    _, errors, out = ran
+    assert "“Anna Smith” looks like a name. Recordings should have a code, such as P-07." in errors
+    assert json.loads((out / "trace.jsonl").read_text().splitlines()[0])["participant"] == "Anna Smith"
 
 
 def test_a_run_never_overwrites_another(ran):
-    _, out, _ = ran
+    _, _, out = ran
     before = {p.name: p.read_bytes() for p in out.iterdir()}
     assert rrp("run", BOOK, "--fast", "--for", "1s", "--out", out).returncode == 2
     assert {p.name: p.read_bytes() for p in out.iterdir()} == before

@@ -435,6 +435,7 @@ def drag_thing(page: Any, name: str, read: Callable[[Any], tuple[float, float]],
     page.mouse.up()
 
 
+@pytest.mark.slow
 def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path) -> None:
     at = GridPage(
         browser, url, "session.xlsx", name="Aya", reduced_motion="reduce"

@@ -75,6 +75,7 @@ def reader(browser: Browser, url: str) -> Iterator[GridPage]:
     here.close()
 
 
+@pytest.mark.slow
 def test_a_session_is_in_japanese_from_the_workbook_to_the_recording(reader: GridPage, url: str) -> None:
     page = reader.page
     expect(page.locator(".problem-list li").first).to_be_visible()

@@ -104,6 +104,7 @@ def test_captions_are_in_the_language_of_the_workbook(language: str, name: str, 
     assert (english.read_bytes() == own.read_bytes()) is (language == "en")
 
 
+@pytest.mark.slow
 def test_speech_is_in_the_picture_also_in_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rrp_sheets.sim.film.MOST", 4)
     shots = filmed((PERSON,), {3.5: "Hello, how are you?"}, 5, RARELY)

@@ -214,6 +214,7 @@ def test_a_frozen_simulator_and_a_frozen_engine_are_both_ended(tmp_path: Path) -
     assert running.panel.finished == [] and set(result.files) >= FILES
 
 
+@pytest.mark.slow
 def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
     tmp_path: Path, begun: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -291,6 +292,7 @@ def test_a_simulator_without_a_robot_is_not_taken_for_a_frozen_one() -> None:
     simulator.close()
 
 
+@pytest.mark.slow
 def test_a_simulator_that_is_killed_leaves_its_film(tmp_path: Path) -> None:
     running = Running(tmp_path, FAST, film=True)
     wait_until(lambda: running.panel.us > 2_000_000)

@@ -129,7 +129,8 @@ def test_a_row_that_eats_memory_is_ended_and_named(tmp_path, environment):
     assert "memory" in done.stderr
 
 
-@pytest.mark.parametrize("connector", ["crash", pytest.param("vanish", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("connector", ["crash", "vanish"])
 def test_a_row_that_takes_the_engine_down_is_named(connector, tmp_path, environment):
     done, out = run_book(connector, tmp_path, environment)
     check_broken(done, out)

@@ -86,6 +86,24 @@ def test_a_page_has_words_tabs_and_sheets_of_ones_own(folder: Path) -> None:
     assert "at 1, 0, 0" in get(client, f"{book('my book.md')}/sheet/Scene").text
 
 
+def test_a_browser_asks_for_each_script_and_style_once(folder: Path) -> None:
+    client = visit(folder)
+    addresses = re.findall(r'<(?:script|link)\b[^>]* (?:src|href)="([^"]+)"', get(client, book("good.md")).text)
+    assert any("htmx" in address for address in addresses)
+    assert [address for address in addresses if not get(client, address).cache_control.immutable] == []
+    scripts = bundled("templates", "web", "static").rglob("*.js")
+    assert [path.name for path in scripts if re.search(r'(?:from |import\()"/', path.read_text(encoding="utf-8"))] == []
+
+
+def test_a_page_is_told_once_of_a_check_that_ended_before_its_event_stream(folder: Path) -> None:
+    client = visit(folder)
+    session = client.application.extensions["services"].open_workbooks.session(folder / "good.md")
+    before = session.backlog.number.partition(".")[0] + ".0"
+    checked(client, book("good.md"))
+    told = session.join("late.1", "Aya", had=before).messages
+    assert len([message for message in told if "event: checked" in message]) == 1
+
+
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> FlaskClient:
     """A visitor of all workbooks that come along."""

@@ -239,7 +239,7 @@ def test_readers_that_do_not_read_do_not_stop_the_others(served: int, folder: Pa
         one = socket.create_connection(("127.0.0.1", served))
         one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
         one.sendall(
-            f"GET /vendor/js/three.core.js HTTP/1.1\r\nHost: 127.0.0.1:{served}\r\nCookie: {COOKIE}\r\n\r\n".encode()
+            f"GET /static/vendor/js/three.core.js HTTP/1.1\r\nHost: 127.0.0.1:{served}\r\nCookie: {COOKIE}\r\n\r\n".encode()
         )
         sleepers.append(one)
     try:

@@ -174,9 +174,7 @@ def test_every_answer_bears_the_protecting_headers(client: Any, app: Flask, all_
             assert headers["Cross-Origin-Opener-Policy"] == headers["Cross-Origin-Resource-Policy"] == "same-origin"
             assert headers["Referrer-Policy"] == "same-origin" and "Access-Control-Allow-Origin" not in headers
             kept = headers.get("Cache-Control", "")
-            assert "no-store" in kept or (
-                way.key in ("static", "vendor", "run_panel.model") and answer.status_code == 200
-            ), way
+            assert "no-store" in kept or (way.key in ("static", "run_panel.model") and answer.status_code == 200), way
             answer.close()
 
 

@@ -132,6 +132,7 @@ def test_several_people_speak_at_once_and_one_after_another():
     assert heard.words == ["seven", "elephant"] and starts[1] - starts[0] > 0.4
 
 
+@pytest.mark.slow
 def test_speech_longer_than_the_run_and_than_the_recogniser_takes_at_once():
     text = "I went to the market with my mother and we saw the animals there. " * 8 + "Elephant!"
     heard = Heard([ear("elephant")], [says(0.1, "Mia", text)], 2)

@@ -31,8 +31,8 @@ THERAPY = [
 EXPECTED_WARNINGS: dict[str, list[tuple[str]]] = {"complex-tracking": [("LINT001",)]}
 
 COVERED = {
-    "complex-tracking-fixed", "debugging-exercise", "distance-to-brightness", "greeter", "say-ball-colour-ja",
-    "say-ball-colour-merge", "simple-tracking",
+    "complex-tracking-fixed", "debugging-exercise", "distance-to-brightness", "greeter", "reflect-ball-colour",
+    "say-ball-colour-ja", "say-ball-colour-merge", "simple-tracking",
 }  # fmt: skip
 """Workbooks whose runs are nearly those of another, or are looked at by another test here."""
 FILMED = "complex-tracking"
@@ -123,7 +123,9 @@ def test_it_checks_with_the_expected_warnings_only(name):
     assert check(FOLDER / f"{name}.xlsx").report.flatten(["code"]) == EXPECTED_WARNINGS.get(name, [])
 
 
-@pytest.mark.parametrize("name", [*NAMES, *THERAPY])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in COVERED)) for name in [*NAMES, *THERAPY]]
+)
 def test_it_is_what_make_py_makes_of_its_source(name, tmp_path):
     made = api.convert(FOLDER / "source" / f"{name}.md", tmp_path / "made.xlsx")
     assert made.read_bytes() == (FOLDER / f"{name}.xlsx").read_bytes(), "run `python workbooks/make.py`"
@@ -164,6 +166,7 @@ def seconds(events, first=0.0, last=1e9):
     return [value for t, value in events if first <= t <= last]
 
 
+@pytest.mark.slow
 def test_reflect_ball_colour(ran):
     eyes = ran("reflect-ball-colour")["Eye LED color"]
     assert set(map(tuple, seconds(eyes, 1.5, 5))) == {(1, 0, 0)}
@@ -182,6 +185,7 @@ def test_say_ball_colour_with_merge(ran):
     assert list(dict.fromkeys(said)) == ["I see a red ball", "I see a green ball", "I see a blue ball"]
 
 
+@pytest.mark.slow
 def test_say_ball_colour_in_japanese(ran):
     said = [text for _, text in ran("say-ball-colour-ja").said()]
     assert list(dict.fromkeys(said)) == ["赤いボールです", "緑のボールです", "青いボールです"]
@@ -216,6 +220,7 @@ def test_the_debugging_exercise_has_its_mistake(ran):
     assert min(seconds(run["Eye brightness"], 7.6, 9)) <= 0.1
 
 
+@pytest.mark.slow
 def test_simple_tracking(ran):
     run = ran("simple-tracking")
     assert seconds(run["Head tracker"], 0.5, 5) and not seconds(run["Head and body tracker"], 0.5, 5)
@@ -227,6 +232,7 @@ def test_simple_tracking(ran):
     assert late and max(map(abs, late)) < 0.15
 
 
+@pytest.mark.slow
 def test_greeter(ran):
     run = ran("greeter")
     said = run.said()
@@ -249,6 +255,7 @@ def test_complex_tracking_drives_the_arm_while_the_ball_is_far(ran):
     assert any(far[0] <= t <= far[-1] for t, _ in run["Arm tracker"])
 
 
+@pytest.mark.slow
 def test_with_timestamps_the_arm_is_never_driven_later_than_a_second_after_close(ran):
     run = ran("complex-tracking-fixed")
     intervals = far_intervals(run)
@@ -265,11 +272,13 @@ def test_a_run_leaves_everything_in_its_folder(ran):
 
 
 def test_the_trace_has_header_events_and_summary(ran):
-    run = ran("simple-tracking")
+    run = ran(FILMED)
     header, summary = run.lines[0], run.lines[-1]
     assert header["type"] == "header" and header["robot"] == "nao" and header["engine"] == "frame"
     assert header["mode"] == "simulated" and header["seed"] == 7 and len(header["workbook"]) == 64
-    assert summary["type"] == "summary" and summary["simulated_seconds"] == pytest.approx(15.5 / run.pace, abs=1 / 30)
+    assert summary["type"] == "summary" and summary["simulated_seconds"] == pytest.approx(
+        ENDS[FILMED] / run.pace, abs=1 / 30
+    )
     assert summary["events"]["Red ball"] == len(run["Red ball"])
 
 
@@ -284,7 +293,7 @@ def test_a_run_lasts_five_seconds_longer_than_its_scene_by_itself(tmp_path):
 def test_the_table_of_the_run_is_tidy(ran):
     import openpyxl
 
-    run = ran("simple-tracking")
+    run = ran(FILMED)
     sheet = openpyxl.load_workbook(run.folder / "run.xlsx", read_only=True).active
     header, *lines = list(sheet.iter_rows(values_only=True))
     assert header[:6] == ("time_s", "kind", "stream", "row", "value", "message")
@@ -310,5 +319,5 @@ def test_film_and_strip_show_something(ran):
 
 
 def test_json_lines_are_plain_json(ran):
-    for line in (ran("greeter").folder / "trace.jsonl").read_text(encoding="utf-8").splitlines():
+    for line in (ran(FILMED).folder / "trace.jsonl").read_text(encoding="utf-8").splitlines():
         json.loads(line)

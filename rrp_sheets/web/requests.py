@@ -31,7 +31,7 @@ from rrp_sheets.texts import LANGUAGES, N_
 from rrp_sheets.web.password import LoginThrottle, Password
 from rrp_sheets.web.services import services
 from rrp_sheets.web.serving import let_in
-from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
+from rrp_sheets.web.statics import HEADERS, plain_name
 from rrp_sheets.web.workbook_repository import refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession
 
@@ -97,7 +97,7 @@ def check() -> AnyResponse | None:
 
 def _finish(response: Response) -> Response:
     response.headers.update(HEADERS)
-    if request.endpoint not in KEPT or response.status_code >= 400:
+    if request.endpoint != "static" or response.status_code >= 400:
         response.headers["Cache-Control"] = "no-store"
     person: Person | None = g.get("person")
     if person and person.key and response.mimetype == "text/event-stream":

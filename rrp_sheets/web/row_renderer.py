@@ -112,12 +112,6 @@ class RowRenderer:
             if row in self._signatures and self._signatures[row] != self._signature(row, number)
         ]  # fmt: skip
 
-    def affected_rows(self, sheet: str, language: str = "en") -> dict[str, Any]:
-        """Return all rows that the check affects, as an event for a page that was rendered before it."""
-        bare, numbers = RowRenderer(self.grid), self.grid.numbers()
-        told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
-        return {"sheet": sheet, "replace": [{"id": r, "html": self._render(r, numbers[r], language)} for r in told]}
-
     def html(self, rows: Iterable[str], languages: Collection[str] = ("en",)) -> dict[str, Versions]:
         """Render rows by their ids; those deleted meanwhile are left out."""
         numbers = self.grid.numbers()

@@ -15,25 +15,24 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.render.svg import icon_elements
 from rrp_sheets.resources import bundled, vendored
 
-KEPT = ("static", "vendor")  # endpoints whose files a browser may keep: they are the same for everyone
 _A_YEAR = 365 * 86_400  # seconds
 
 
 def init_app(app: Flask) -> None:
-    """Add the routes `/static/…` and `/vendor/…`; `url_for("static", filename=…)` adds the version."""
+    """Add the route `/static/…`; `url_for("static", filename=…)` adds the version."""
     app.add_url_rule("/static/<path:filename>", "static", static)
-    app.add_url_rule("/vendor/<path:name>", "vendor", vendor)
     app.url_defaults(_add_version)
 
 
 def static(filename: str) -> Response:
-    """Send a static file of our own."""
+    """Send a static file of our own, or below `vendor/` one that the build has fetched."""
     name = plain_name(filename)
     max_age = _A_YEAR if name != filename else 0
     if name == "icons.svg":
         answer = send_file(BytesIO(icons()), "image/svg+xml", max_age=max_age, etag=build_id())
     else:
-        answer = send_from_directory(bundled("templates", "web", "static"), name, max_age=max_age)
+        folder = vendored() if name.startswith("vendor/") else bundled("templates", "web", "static")
+        answer = send_from_directory(folder, name.removeprefix("vendor/"), max_age=max_age)
     answer.cache_control.immutable = name != filename
     return answer
 
@@ -48,11 +47,6 @@ def icons() -> bytes:
     )
     sheet = bundled("templates", "web", "static", "icons.svg").read_text(encoding="utf-8")
     return (sheet.removesuffix("</svg>\n") + symbols + "</svg>\n").encode()
-
-
-def vendor(name: str) -> Response:
-    """Send a file that the build has fetched; asked for each time, and sent when it has changed."""
-    return send_from_directory(vendored(), name, max_age=0)
 
 
 def _add_version(endpoint: str, values: dict[str, Any]) -> None:
@@ -71,11 +65,11 @@ def plain_name(filename: str) -> str:
 
 @lru_cache(maxsize=1)
 def build_id() -> str:
-    """Return a hash that differs between versions of the program and its templates."""
+    """Return a hash that differs between versions of the program, its templates and the scripts that it has fetched."""
     total = hashlib.sha256(__version__.encode() + icons())
-    static = bundled("templates", "web")
-    for path in sorted(p for p in static.rglob("*") if p.suffix in (".js", ".css", ".html", ".svg")):
-        total.update(path.read_bytes())
+    for folder in (bundled("templates", "web"), vendored("js")):
+        for path in sorted(p for p in folder.rglob("*") if p.suffix in (".js", ".css", ".html", ".svg")):
+            total.update(path.read_bytes())
     return total.hexdigest()[:16]
 
 

@@ -571,6 +571,7 @@ class WorkbookSession(Broadcaster):
                 self._trouble("check", error_text(error), again=True)  # what was edited since is unchecked, too
                 with self._lock:
                     self._analysis = replace(self._analysis, checked=True)
+                self.tell("checked", self._checked())
                 continue
             self._trouble("check", "")
             with self._lock:
@@ -599,25 +600,16 @@ class WorkbookSession(Broadcaster):
 
     # ---- pages and their users
 
-    def join(
-        self, client: str, name: str, *, language: str = "en", knows: bool = True, had: str = "", login_key: str = ""
-    ) -> EventStream:
+    def join(self, client: str, name: str, *, language: str = "en", had: str = "", login_key: str = "") -> EventStream:
         """Open the event stream of a page that was loaded or has reconnected, in the page's language.
 
-        If the page `knows`, it was rendered after the first check. The events after `had`, the number of the last one
-        that it got, follow.
+        The events after `had`, the number of the last one that it got, follow.
         """
         with self._lock:
             left = self.locks.leave_earlier(client)
         self._tell_cells(left, but=client)
         listener = EventStream(client, name, login_key, language)
         listener.tell_event("program", {"version": build_id()})
-        if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
-            for sheet in list(self.document.grids):
-                with self._lock:
-                    about = self._now(sheet) | self.renderer(sheet).affected_rows(sheet, language)
-                listener.tell_event("grid", about)
-            listener.tell_event("checked", self._checked())
         self._enter(listener, had)
         with self._lock:
             for trouble in filter(None, self._troubles.values()):

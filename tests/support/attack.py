@@ -39,7 +39,7 @@ PLACES: dict[str, Any] = {
 }  # fmt: skip
 """What stands in the variable parts of an address; `file` and others where the route needs them so."""
 
-_FILES = {"run_panel.sound": "say-001.wav", "exports.file": "trace.jsonl", "vendor": "js/htmx.min.js"}
+_FILES = {"run_panel.sound": "say-001.wav", "exports.file": "trace.jsonl"}
 
 _WHO = {"client": "c", "name": "Anna", "tag": "t"}
 _PLACE = {**_WHO, "sheet": SHEET, "row": "ROW", "column": 6}

@@ -302,10 +302,9 @@ def events(name: str) -> Response:
     client = request.args.get("client", "")[:40]
     if request.method == "HEAD" or not session.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
         abort(405 if request.method == "HEAD" else 403)
-    back = request.headers.get("Last-Event-ID", "")  # it had a stream already
-    name, had = author_name(request.args.get("name", "")), back or request.args.get("had", "")
-    knows = bool(back) or request.args.get("knows") != "no"
-    join = partial(session.join, client, name, language=page_language(), knows=knows, had=had, login_key=person.key)
+    had = request.headers.get("Last-Event-ID") or request.args.get("had", "")  # the former if it had a stream already
+    name = author_name(request.args.get("name", ""))
+    join = partial(session.join, client, name, language=page_language(), had=had, login_key=person.key)
     listener = services().open_workbooks.listen(session, client, person.key, join)
     if isinstance(listener, str):
         return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")

@@ -92,7 +92,7 @@ const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll, page, listen
 
 diagram(document.getElementById("panels"));
 if (grid) {
-  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, had: listen.dataset.told, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
+  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, had: listen.dataset.told });
   listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
   listen.dataset.client = grid.server.client;
   listening(listen);

@@ -1,6 +1,6 @@
 // A robot's model as three.js objects: links, joints and what they look like. Metres, radians, z is up, x is ahead.
 
-import * as THREE from "/vendor/js/three.module.js";
+import * as THREE from "../vendor/js/three.module.js";
 
 const DARK_EYE = 0.12; // what an eye that is off looks like
 

@@ -1,7 +1,7 @@
 // Things of the scene that are dragged in the picture: a ball to where the pointer is, in the plane that faces the
 // viewer; a person along the floor. Elsewhere a drag turns the view (stage3d.js).
 
-import * as THREE from "/vendor/js/three.module.js";
+import * as THREE from "../vendor/js/three.module.js";
 
 const FINGER = 26;
 const MOUSE = 12; // pixels beside a thing that are still it

@@ -1,6 +1,6 @@
 // Small plots of the numbers that streams carry: of the last 30 seconds while a run goes on, and of a whole run.
 
-import uPlot from "/vendor/js/uPlot.esm.js";
+import uPlot from "../vendor/js/uPlot.esm.js";
 import { request } from "../api.js";
 import { make, put } from "../elements.js";
 import { t } from "../texts.js";

@@ -1,7 +1,7 @@
 // The surroundings of the robot: room, things, people. The room is a pale floor with lines, a rug, soft shadows, light. It looks like
 // the film of a run (rrp_sheets/sim/camera.py).
 
-import * as THREE from "/vendor/js/three.module.js";
+import * as THREE from "../vendor/js/three.module.js";
 
 const MOST_SHADOWS = 24;
 const DARKEST = 0.3; // of the light of a bright room

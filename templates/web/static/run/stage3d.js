@@ -1,8 +1,8 @@
 // The drawn world, and the view on it. The robot moves from state to state, things come and go. It is drawn only when something
 // has changed.
 
-import { OrbitControls } from "/vendor/js/OrbitControls.js";
-import * as THREE from "/vendor/js/three.module.js";
+import { OrbitControls } from "../vendor/js/OrbitControls.js";
+import * as THREE from "../vendor/js/three.module.js";
 import { hasCalm } from "../preferences.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";

@@ -1,7 +1,7 @@
 // The places where the robot feels a touch: shown under the pointer, touched by a click or as long as the button is held, and by
 // the keyboard. A drag that begins on one turns the view (stage3d.js).
 
-import * as THREE from "/vendor/js/three.module.js";
+import * as THREE from "../vendor/js/three.module.js";
 import { act } from "../api.js";
 import { make, put } from "../elements.js";
 import { t } from "../texts.js";
