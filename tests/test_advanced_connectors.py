@@ -316,10 +316,10 @@ def test_the_sentences_of_the_advanced_connectors():
         "Each “A” adds 1 to “M”.",
         "Only the first “N” becomes “O”, and again the first one after each “B”.",
         "The first “N” with a new value of `n` becomes “P”. Later ones with the same value do nothing.",
-        "8 s after the last “O”, emit “Q”, unless “P” arrives first.",
+        "8 s after the last “O”, send “Q”, unless “P” arrives first.",
         "Each “Q” that differs from the one before becomes “R”.",
-        "When “R” arrives, emit “S”, then ignore new ones for 4 s.",
-        "2 s after each “S”, emit “U”.",
+        "When “R” arrives, send “S”, then ignore new ones for 4 s.",
+        "2 s after each “S”, send “U”.",
     ]
 
 
@@ -331,6 +331,6 @@ def test_a_blank_that_stops_an_actuator_is_told_as_such():
     checked = check(book)
     (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][1::2] == [
-        "When row 2 gives a value, stop the speech “Say”.",
+        "When row 2 gives a value, stop what “Say” is saying.",
         "When “Hush” arrives, stop the tracking “Head tracker”.",
     ]

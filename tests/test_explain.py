@@ -91,7 +91,7 @@ def test_conditions(wording, formula, words):
         ("distance * 2", "“Distance” × 2"),
         ("ROWS(Parts) + 1", "one more than the number of rows in “Parts”"),
         ("INDEX(Parts; distance)", "the row of “Parts” at position “Distance”"),
-        ("INDEX(Parts[Say]; it)", "the value “Say” in the row of “Parts” at this position"),
+        ("INDEX(Parts[Say]; it)", "the value “Say” in that row of the table “Parts”"),
         ("XLOOKUP(ball.colour; Parts[Name]; Parts)", "the row of “Parts” whose “Name” is the colour of “Ball”"),
         ("PICK(praise)", "a random entry of “praise”, each once before any comes again"),
         ('"I see a " & it.colour & " ball"', "the words “I see a ‹colour of Ball› ball”"),
@@ -168,8 +168,8 @@ def test_only_what_a_blank_stops_is_told_to_stop(tmp_path):
         tmp_path,
         "| Face | forgetAfter | 2 s | Seen | |\n| Seen | subscribe | | Remember face | |\n| Seen | subscribe | | Say | |\n",
     )
-    assert said.rows[1].text == "When “Seen” arrives, remember the face."
-    assert said.rows[2].text == "When “Seen” arrives, say it. If it is blank, stop the speech “Say”."
+    assert said.rows[1].text == "When “Seen” arrives, remember the face that it sees."
+    assert said.rows[2].text == "When “Seen” arrives, say it. If it is blank, stop what “Say” is saying."
 
 
 def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further_inputs(tmp_path):
@@ -181,8 +181,8 @@ def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further
     assert said.rows[0].text == "Any of “Red ball”, “Green ball” or “Blue ball” becomes “Ball”."
     assert said.rows[1].text == "Each “Ball” becomes “Same”."
     assert said.rows[2].text == (
-        "When “Ball” arrives, if its value “distance” is under the distance of the latest “Red ball” + the distance of "
-        "the latest “Green ball”, emit “Near”."
+        "When “Ball” arrives, if its field “distance” is under the distance of the latest “Red ball” + the distance of "
+        "the latest “Green ball”, send “Near”."
     )
 
 
@@ -245,7 +245,7 @@ DEVICES = """
 @pytest.mark.parametrize(
     ("row", "sentence"),
     [
-        ("Clock | filter | clock.count > 3 | Late", "Every second (stream “Clock”), if its count is over 3, emit “Late”."),
+        ("Clock | filter | clock.count > 3 | Late", "Every second (stream “Clock”), if its count is over 3, send “Late”."),
         ("Clock, Going | filter | going.count = 1 | Beat", "While the count of “Going” is 1, every “Clock” becomes “Beat”."),
         ("Clock | subscribe | | Back", "Every second (stream “Clock”), walk 15 cm backwards."),
         (
@@ -255,15 +255,15 @@ DEVICES = """
         ('Clock | subscribe | "red" | Eye LED color', "Every second (stream “Clock”), turn both eyes red."),
         ('Clock | subscribe | "red" | Say', "Every second (stream “Clock”), say “red”."),
         ("Clock | subscribe | clock.count | Print", "Every second (stream “Clock”), write its count to the log."),
-        ("Say done | filter | sayDone.completed | Said", "When “Say” finishes uninterrupted, emit “Said”."),
-        ("Say done | filter | NOT(sayDone.completed) | Cut", "When “Say” is interrupted, emit “Cut”."),
-        ("Touch | filter | touch.pressed | Held", "When somebody touches the robot or lets go, if the touch begins, emit “Held”."),
-        ("Touch | filter | NOT(touch.pressed) | Let go", "When somebody touches the robot or lets go, if the touch ends, emit “Let go”."),
+        ("Say done | filter | sayDone.completed | Said", "When “Say” finishes uninterrupted, send “Said”."),
+        ("Say done | filter | NOT(sayDone.completed) | Cut", "When “Say” is interrupted, send “Cut”."),
+        ("Touch | filter | touch.pressed | Held", "When somebody touches the robot or lets go, if the touch begins, send “Held”."),
+        ("Touch | filter | NOT(touch.pressed) | Let go", "When somebody touches the robot or lets go, if the touch ends, send “Let go”."),
         ("Clock, Going | merge | | ", "Each value of “Clock” or “Going” is passed on to row 3."),
         ("Clock, Going | accumulate | IF(ISBLANK(going); total + 1; 0) | N", "“Clock” adds 1 to “N”. “Going” sets “N” to 0."),
         ("Clock, Going | accumulate | IF(ISBLANK(going); total; 1) | N", "“Clock” leaves “N” as it is. “Going” sets “N” to 1."),
         ("Clock, Going | accumulate | total + value.count | N", "Each “Clock” or “Going” updates “N” to `total + value.count`."),
-        ("Words, Clock | timeout | 2 s | Calm", "2 s after the last “Words”, emit “Calm”, unless “Clock” arrives first."),
+        ("Words, Clock | timeout | 2 s | Calm", "2 s after the last “Words”, send “Calm”, unless “Clock” arrives first."),
         ("Words | map | words.word | Word", "When the robot hears “yes” or “no” (stream “Words”), set “Word” to its word."),
         ("Clock, Going | once | | First", "Only the first “Clock” becomes “First”, and again the first one after each “Going”."),
     ],

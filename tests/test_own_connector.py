@@ -89,9 +89,9 @@ def test_own_connector_is_explained(provide: Provide) -> None:
         (
             FILTER,
             "redBall.distance < 1",
-            "When the robot sees a red ball, if its distance is under 1 m, emit “Calm ball”.",
+            "When the robot sees a red ball, if its distance is under 1 m, send “Calm ball”.",
         ),
-        (replace(FILTER, variants={}), "TRUE", "When `TRUE` is true, emit “Calm ball”."),
+        (replace(FILTER, variants={}), "TRUE", "When `TRUE` is true, send “Calm ball”."),
     ],
 )
 def test_own_connector_says_what_its_formula_does(provide: Provide, like: Connector, formula: str, text: str) -> None:

@@ -329,7 +329,7 @@ def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(
     )
     assert "the screen can show the picture of the simulated camera" in told
     assert any(line.startswith("change the formulas of rows") for line in pack.always)
-    assert "the connection is not encrypted" in told and "from the joint angles" in told
+    assert "The connection is not encrypted" in told and "from the joint angles" in told
     assert "A changed formula leaves this protocol" in pack.summary
 
 

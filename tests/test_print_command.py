@@ -40,7 +40,7 @@ def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatc
     assert "Compared row by row with approved.md, version 1.0" in text
     assert re.search(r"changed Play row 3 formula: near < 1 formula: near < 2", text)
     assert re.search(r"added Play row 5", text)
-    assert re.search(r"emit “Close”\. changed", text)
+    assert re.search(r"send “Close”\. changed", text)
 
 
 def test_a_workbook_with_errors_is_printed_as_a_draft_only(tmp_path, monkeypatch):

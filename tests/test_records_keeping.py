@@ -248,7 +248,7 @@ def test_by_hand(browser: Any, url: str, folder: Path) -> None:
         row.get_by_role("checkbox").check()
     assert violations(page) == []
     page.get_by_role("button", name="Compare two").click()
-    expect(page.get_by_role("heading", name="Numbers of both runs in the same plots")).to_be_visible()
+    expect(page.get_by_role("heading", name="Values of both runs over time, in the same plots")).to_be_visible()
     assert violations(page) == []
     page.goto("/runs?participant=P-03")
     page.get_by_role("link", name="Delete the runs of P-03").click()

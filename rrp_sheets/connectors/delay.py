@@ -24,7 +24,7 @@ DELAY = Connector(
     ),
     words=("wait", "later", "pause", "seconds", "待つ", "遅らせる", "後で"),
     help="Passes every value on after the period.",
-    sentence="{Period} after each {one}, emit {output}.",
+    sentence="{Period} after each {one}, send {output}.",
     variants={"next": "{Period} after each {one}, continue with {rows}."},
     legend="the same, later",
     build=build,

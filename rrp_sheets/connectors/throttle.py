@@ -30,7 +30,7 @@ THROTTLE = Connector(
     icon=('<path d="M1 1.5v9M11 1.5v9M1 6h3"/><circle cx="5" cy="6" r="1" class="f"/><path d="M7.6 6h.2M9.2 6h.2"/>'),
     words=("throttlefirst", "seldom", "limit", "間引く"),
     help="Passes a value on, then ignores new ones for the period.",
-    sentence="{Event}, emit {output}, then ignore new ones for {period}.",
+    sentence="{Event}, send {output}, then ignore new ones for {period}.",
     variants={"next": "{Event}, continue with {rows}, then ignore new ones for {period}."},
     legend="at most one per period",
     build=build,

@@ -69,10 +69,10 @@ TIMEOUT = Connector(
     words=("debounce", "silence", "wait", "seconds", "no answer", "待つ", "時間切れ", "返事がない"),
     help="Passes the first input's value on when the period is over, unless another input has a value first. A newer "
     "value restarts the period.",
-    sentence="{Period} after the last {one}, emit {output}.",
+    sentence="{Period} after the last {one}, send {output}.",
     variants={
         "next": "{Period} after the last {one}, continue with {rows}.",
-        "several": "{Period} after the last {one}, emit {output}, unless {others_or} arrives first.",
+        "several": "{Period} after the last {one}, send {output}, unless {others_or} arrives first.",
         "several_next": "{Period} after the last {one}, continue with {rows}, unless {others_or} arrives first.",
     },
     legend="when time has passed",

@@ -131,7 +131,7 @@ export function sheetTabs(grid, listen) {
       list.className = "naming";
       list.append(...about.naming.map((text) => make("li", text)));
       if (about.more) list.append(make("li", t("… and {n} more", { n: about.more })));
-      parts.push(make("p", t("These refer to it, and will not work without it:")), list);
+      parts.push(make("p", t("These cells use it. They will not work when it is deleted:")), list);
     }
     const wrong = make("p");
     wrong.className = "is-wrong";

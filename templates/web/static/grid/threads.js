@@ -166,7 +166,7 @@ export class Threads {
     this.panel = null;
     const cell = this.cellAt(place);
     if (focus) (cell?.querySelector(".head-comments") ?? (cell?.matches("td") ? cell : grid.selection.cell))?.focus({ preventScroll: true });
-    if (left && cell) grid.say(t("Your comment on {cell} is not sent. This page keeps it: press Shift+F2 to continue.", { cell: grid.table.address(cell) }), true);
+    if (left && cell) grid.say(t("Your comment on {cell} has not been sent yet. This page keeps it: press Shift+F2 to continue.", { cell: grid.table.address(cell) }), true);
   }
 
   /** Show the comments of the cell as they are now; the text that is being typed stays. */
@@ -311,7 +311,7 @@ export class Threads {
       const [sheet, row, column] = name.split("\n");
       const cell = sheet === server.sheet && this.cellAt({ row, k: table.placeOf(Number(column)) });
       if (!cell) continue;
-      status(t("Your comment on {cell} is not sent.", { cell: table.address(cell) }), "error", [[t("Open"), () => this.goTo(cell)]]);
+      status(t("Your comment on {cell} has not been sent yet.", { cell: table.address(cell) }), "error", [[t("Open"), () => this.goTo(cell)]]);
       return;
     }
   }
