@@ -325,7 +325,8 @@ def test_a_column_is_added_from_the_menu_of_a_header(
 def test_other_sheets_get_further_columns_too(
     shelf: Books, sheet: str, headers: list[str], name: str, offered: str, added: str
 ) -> None:
-    grid = shelf.open({"T": [HEADER], sheet: [headers, ["Greet", "1", "0.2"][: len(headers)]]}, sheet=sheet)
+    reads = ["", "Start", "subscribe", "INDEX(Words[Ask]; 1)", "Print"]  # which makes that sheet a table
+    grid = shelf.open({"T": [HEADER, reads], sheet: [headers, ["Greet", "1", "0.2"][: len(headers)]]}, sheet=sheet)
     grid.checked()
     grid.go("B2")
     grid.page.locator("thead th[data-letter=B]").click(button="right")
