@@ -148,6 +148,10 @@ def test_the_column_of_a_setting_that_is_needed_is_added(devices, output, chosen
     text, more = f"| | Red ball | sample | 10 s | Now |\n| | Now | subscribe | | {output} |", f"## Devices\n{devices}\n"
     code, header = chosen.partition(":")[0], COLUMNS if devices.isascii() else JAPANESE
     assert {code for code, _ in fixed(text, tmp_path, more=more, header=header)[1]} == {code}
+    missing = [d for d in check(rows(text, more, header=header)).report if d.code == "DEV003"]
+    assert all(
+        d.remedy.startswith(("Add the column Text", "Add the column Joint", "Add the column せりふ")) for d in missing
+    )
     changes, found = fixed(text, tmp_path, chosen, suffix=suffix, more=more, header=header)
     assert {str(c.place): c.new for c in changes} == written and found == then
 
