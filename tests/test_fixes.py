@@ -103,6 +103,30 @@ def test_the_language_of_a_voice_is_written_beside_its_stream(devices, changed, 
     assert all(line.count("|") == above.count("|") for above, line in pairwise(lines) if line.startswith("|---"))
 
 
+JOINED = [
+    # the row, the fixes that are offered, the chosen one, what is written, a part of the remedy
+    ("Red ball, Head yaw | sample | 1 s", ["alone", "merge"], "alone", {"T!B2": "Red ball"}, "“Red ball” alone"),
+    ("Red ball, Blue ball | sample | 1 s", ["alone", "merge"], "merge",
+     {"T row 2": "Red ball, Blue ball | merge", "T!B3": ""}, "with merge"),
+    ("Red ball, Blue ball | changes |", ["merge"], "merge",
+     {"T row 2": "Red ball, Blue ball | merge", "T!B3": ""}, "merge passes on"),
+    ("Red ball, Head yaw | throttle | redBall.x + headYaw", ["combine"], "combine", {"T!C2": "combineLatest"},
+     "combineLatest as"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(("row", "offered", "chosen", "written", "told"), JOINED)
+def test_too_many_inputs_are_joined_or_the_first_is_taken(row, offered, chosen, written, told, suffix, tmp_path):
+    text = f"| | {row} | X |{PRINT}"
+    (finding,) = check(rows(text, header=COLUMNS)).report
+    assert finding.code == "CONN004" and [fix.id for fix in finding.fixes] == offered and told in finding.remedy
+    changes, found = fixed(text, tmp_path, f"CONN004:{chosen}", suffix=suffix)
+    assert {str(c.place): c.new for c in changes} == written and not any(
+        code[:4] in ("CONN", "FORM") for code, _ in found
+    )
+
+
 LACKING = [
     # the sheet Devices, the row's output, the code with its fix, what is written, what the check says then
     ("| Stream | Device |\n|---|---|\n| Ask | Say parameter |", "Ask", "DEV003:add-column",
@@ -124,6 +148,10 @@ def test_the_column_of_a_setting_that_is_needed_is_added(devices, output, chosen
     text, more = f"| | Red ball | sample | 10 s | Now |\n| | Now | subscribe | | {output} |", f"## Devices\n{devices}\n"
     code, header = chosen.partition(":")[0], COLUMNS if devices.isascii() else JAPANESE
     assert {code for code, _ in fixed(text, tmp_path, more=more, header=header)[1]} == {code}
+    missing = [d for d in check(rows(text, more, header=header)).report if d.code == "DEV003"]
+    assert all(
+        d.remedy.startswith(("Add the column Text", "Add the column Joint", "Add the column せりふ")) for d in missing
+    )
     changes, found = fixed(text, tmp_path, chosen, suffix=suffix, more=more, header=header)
     assert {str(c.place): c.new for c in changes} == written and found == then
 

@@ -103,7 +103,7 @@ def test_what_is_typed_with_other_keys_is_folded(typed, value):
         ("!x", "FORM003", "NOT"), ("x ? 1 : 2", "FORM003", "IF"), ("x => 3", "FORM003", ">="), ("x =< 3", "FORM003", "<="), ("x++", "FORM001", "belongs"),
         ("x += 1", "FORM001", "belongs"), ("20 cm", "FORM001", "metres"), ("20cm", "FORM001", "metres"), ("30 deg", "FORM001", "30°"), ("2x", "FORM001", "2 * x"),
         ("1 000", "FORM001", "1000"), ("x²", "FORM001", "^2"), ("√x", "FORM001", "SQRT"), ("½", "FORM001", "0.5"), ("«red»", "FORM001", "quotes"),
-        ("if x > 3 then 1", "FORM001", "IF("), ("x > 3 then 5", "FORM001", "IF("), ("'red' if x > 3", "FORM001", "IF("), ("x between 1 and 2", "FORM001", "<= 2"),
+        ("if x > 3 then 1", "FORM001", "IF(x < 1"), ("x > 3 then 5", "FORM001", "IF(x < 1"), ("'red' if x > 3", "FORM001", "IF("), ("x between 1 and 2", "FORM001", "<= 2"),
         ('"a" "b"', "FORM001", "&"), ('"a" name', "FORM001", "&"), ("x name", "FORM001", "&"), ("(x", "FORM001", ")"), ("x)", "FORM001", "bracket"), ("[x", "FORM001", "]"),
         ("", "FORM001", "Write"), ("=", "FORM001", "Write"), ("x +", "FORM001", "belongs"), ("* x", "FORM003", "list"), ("x * * 2", "FORM001", "belongs"),
         ('"red', "FORM001", "same quote"), ("x..y", "FORM001", "distance"), ("'it's'", "FORM001", "double quotes"), ("balls[0,1]", "FORM001", "[0]"), ("MAX()", "FORM006", "MAX("), ("x.", "FORM001", "distance"), ("1..2", "FORM001", "point"), ("x:y", "FORM001", "["),

@@ -27,7 +27,7 @@ from rrp_sheets.sim.world import SimWorld
 ROBOT = load_robot()
 LIMITS = JointLimits(ROBOT)
 HOME = {j: float(a) for j, a in ROBOT.data["postures"]["StandInit"].items()}
-EXPECTED = """Wave, Nod, Shake head, Bow, Point left, Point right, Arms up, Arms wide, Touch head, Clap, Shrug, Dance,
+EXPECTED = """Wave, Nod, Shake head, Bow, Point left, Point right, Raise hand, Arms up, Arms wide, Touch head, Clap, Shrug, Dance,
     I don't know, Thinking"""
 JERK = 2.0  # rad/s in one step of the physics: more than that is a jump, not a brake
 SHOW = DeviceUse("show", "Show", "Gesture", {"name": ""})
@@ -238,7 +238,14 @@ def test_blank_brings_the_arm_back():
 
 @pytest.mark.parametrize(
     ("value", "kind", "words"),
-    [("Wve", "error", "Wave"), ("Zzzz", "error", "Nod"), (3, "error", ""), ("nod", "", ""), ("  I DON'T know", "", "")],
+    [
+        ("Wve", "error", "Wave"),
+        ("raise arm", "error", "Raise hand"),
+        ("Zzzz", "error", "Nod"),
+        (3, "error", ""),
+        ("nod", "", ""),
+        ("  I DON'T know", "", ""),
+    ],
 )
 def test_a_value_names_the_gesture(value, kind, words):
     world = SimWorld(Spec(ROBOT, actuators=(DeviceUse("g", "Show", "Gesture", {"name": "", "times": 1}),)))

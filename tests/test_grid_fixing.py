@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
+from rrp_sheets.diagnostics.report import Delete, Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.document import Journal
 from rrp_sheets.graph import BehaviourGraph
@@ -92,6 +92,17 @@ def test_a_fix_of_a_sheet_that_is_not_there_changes_nothing(document: Document) 
     assert document.path.read_bytes() == before
 
 
+def test_a_fix_deletes_rows_and_an_undo_brings_them_back(document: Document) -> None:
+    before = texts(document)
+    gone = replace(FIX, edits=(Delete("T", 3), Delete("T", 2)))
+    make_fix(document, look_with(gone), "Aya", ASKED)
+    assert texts(document)["T"] == before["T"][2:]
+    document.undo("Aya")
+    assert texts(document) == before
+    with pytest.raises(Refused, match="no longer what the check says"):
+        make_fix(document, look_with(replace(FIX, edits=(Delete("T", 900),))), "Aya", ASKED)
+
+
 def test_undo_tells_which_cells_it_has_changed(document: Document) -> None:
     make_fix(document, look_with(replace(FIX, edits=FIX.edits[1:2])), "Aya", ASKED)
     back = document.undo("Aya")
@@ -109,7 +120,7 @@ def test_a_fix_adds_a_column_to_the_devices_and_an_undo_takes_it_away(document: 
     assert texts(document) == before and [c.header for c in document.grids["Devices"].columns] == ["Stream", "Device"]
     assert "language" not in read(document.path).workbook.devices[0].settings
     with pytest.raises(Refused, match="header of this column"):
-        fix = replace(fix, edits=(Put(Address("T", 1, 5), "Notes"),))
+        fix = replace(fix, edits=(Put(Address("T", 1, 4), "Notes"),))
         make_fix(document, look_with(fix), "Aya", {**ASKED, "fix": "language"})
 
 

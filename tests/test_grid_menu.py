@@ -180,6 +180,28 @@ def test_the_line_below_the_sheet_counts_and_leads_to_the_problems(grid: Shared)
     eventually(lambda: grid.here[1:] == "5")
 
 
+def test_the_steps_from_problem_to_problem_go_through_the_errors_first(shelf: Books) -> None:
+    lines = [("Red ball", "sample", "3", "A"), ("A", "map", "(1", "B"), ("B", "subscribe", "", "Print"), ("",) * 4,
+             ("A", "map", "2)", "C"), ("C", "subscribe", "", "Print")]  # fmt: skip
+    grid = shelf.open({"T": [HEADER, *(["", *line, ""] for line in lines)]})
+    grid.checked()
+    becomes(lambda: grid.page.inner_text("#counts"), "5 rows")  # the blank one is none
+    told = "#problem-steps span"
+    becomes(lambda: grid.page.inner_text(told), "3 cells with problems")
+    grid.go("A2")
+    steps = [("D3", "Error 1 of 2"), ("D6", "Error 2 of 2"), ("D2", "Warning 1 of 1")]
+    for place, text in [*steps, steps[0]]:
+        grid.press("F8")
+        becomes(lambda: (grid.here, grid.page.inner_text(told)), (place, text))
+    for place, text in [steps[2], steps[1]]:
+        grid.press("Shift+F8")
+        becomes(lambda: (grid.here, grid.page.inner_text(told)), (place, text))
+    grid.go("A4")
+    becomes(lambda: grid.page.inner_text(told), "3 cells with problems")
+    grid.press("Shift+F8")
+    becomes(lambda: grid.here, "D3")
+
+
 def test_a_row_and_its_sentence_show_each_other(grid: Shared) -> None:
     words = grid.page.locator("#row-words > [data-number]")
     becomes(lambda: [int(n) for n in words.evaluate_all("all => all.map((one) => one.dataset.number)")], [2, 3])

@@ -16,7 +16,7 @@ from test_workbooks import NAMES, THERAPY
 
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.report import Fix, Insert, Put
+from rrp_sheets.diagnostics.report import Delete, Fix, Insert, Put
 from rrp_sheets.model.workbook import column_letters
 
 HERE = Path(__file__).parent
@@ -100,7 +100,7 @@ def _written(fix: Fix) -> Iterator[str]:
         if isinstance(edit, Insert):
             yield from (text for _, text in edit.cells)
         else:
-            yield edit.text if isinstance(edit, Put) else edit.new
+            yield "" if isinstance(edit, Delete) else edit.text if isinstance(edit, Put) else edit.new
 
 
 def _time(number: str, unit: str) -> str:

@@ -58,6 +58,27 @@ def test_a_row_that_cannot_be_understood(row, expected):
     assert wrong(row + "\n| 0 | Distance | | any |") == expected
 
 
+@pytest.mark.parametrize(
+    ("rows", "title", "left"),
+    [
+        ("| 0 | Red ball | | |\n| 9 | Near | | any |\n| 99 | Near | | 1 |", "Delete all rows of this test", []),
+        ("| 0 | Red ball | | |\n| 9 | Near | | any |\n| 9 | Distance | | any |\n| 99 | near | | 1 |",
+         "Delete the rows of the test that name “Near”", ["Red ball", "Distance"]),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+def test_rows_of_a_stream_that_no_row_gives_any_more_are_deleted(rows, title, left, suffix, tmp_path):
+    book = tmp_path / "book.md"
+    book.write_text(play.rows(TRACKING) + sheet(rows), encoding="utf-8")
+    first, second = (d for d in api.check(book).report if d.address.sheet == "Test")
+    assert (first.code, second.code, second.fixes) == ("TEST002", "TEST002", ())
+    assert "If no row gives “Near” any more" in first.remedy
+    assert [(fix.id, fix.title, fix.safe) for fix in first.fixes] == [("delete-rows", title, False)]
+    _, checked = api.fix(book, tmp_path / f"fixed{suffix}", {"TEST002": "delete-rows"})
+    assert [row.stream.text for row in checked.workbook.tests[0].rows] == left
+    assert [d.code for d in checked.report if d.address.sheet == "Test"] == ([] if left else ["TEST012"])
+
+
 def test_a_test_without_expectations_and_rows_without_effect_are_warned_of():
     assert wrong("| 0 | Red ball | | |") == [("TEST012", "")]
     header = play.HEADER.replace("Output stream |", "Output stream | On |").replace("---|\n", "---|---|\n")

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from rrp_sheets.checks.check import Checked
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
+from rrp_sheets.diagnostics.report import Delete, Fix, Insert, Put, Replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import Edit, InsertRows, SetCell, parse_typed
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, SetCell, parse_typed
 from rrp_sheets.workbook.files import edit, read_sheets
 
 MOST_ROUNDS = 100
@@ -111,6 +111,14 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cel
                 place = N_("{sheet} row {row}", sheet=one.sheet, row=one.before)
                 changes.append(CellChange(place, None, new, d.code, fix.title))
                 moved += 1
+                continue
+            if isinstance(one, Delete):
+                edits.append(DeleteRows(one.sheet, one.row))
+                old = " | ".join(
+                    text for at, text in texts.items() if (at.sheet, at.row) == (one.sheet, one.row) and text
+                )
+                place = N_("{sheet} row {row}", sheet=one.sheet, row=one.row)
+                changes.append(CellChange(place, old, "", d.code, fix.title))
                 continue
             at = one.address
             old = texts.get(Address(at.sheet, at.row - moved, at.column), "")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from rrp_sheets.checks.send_expect import Expectation, Place, Sending, read_expect, read_send
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import meant
+from rrp_sheets.diagnostics.report import Delete, Fix, meant, proposed
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.durations import meant_duration, parse_duration
@@ -89,8 +89,11 @@ class _Names:
         self.used = {i for b in self.graph.behaviours if b.key in self.running for s in b.steps if s.active
                      for i in (*s.inputs, s.output)}  # fmt: skip
 
-    def find(self, cell: Cell, report: Report) -> _Named | None:
-        """Return the stream that a Stream cell names; None when it is refused, which is reported."""
+    def find(self, cell: Cell, report: Report, named: Mapping[str, Sequence[TestRow]]) -> _Named | None:
+        """Return the stream that a Stream cell names; None when it is refused, which is reported.
+
+        `named` are the rows of the test by the key of their stream.
+        """
         sheet, bang, name = cell.text.rpartition("!")
         sheet = sheet.strip().strip("'")
         k = f"{key(sheet)}!{key(name)}" if bang else key(name)
@@ -109,8 +112,11 @@ class _Names:
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
-            otherwise = N_("Write a stream as in a behaviour or in Devices.")
-            report.add("TEST002", cell.address, name=cell.text, **meant(guess, otherwise))
+            otherwise = N_("Write a stream as in a behaviour or in Devices. If no row gives “{name}” any more, delete "
+                           "the rows of the test that name it.", name=cell.text)  # fmt: skip
+            details = {"name": cell.text, **meant(guess, otherwise)}
+            fixes = [*proposed("TEST002", cell.address, details), *_deleting(cell, named)]
+            report.add("TEST002", cell.address, fixes=fixes, **details)
         return unused
 
     def _unused(self, name: str) -> _Named | None:
@@ -131,6 +137,18 @@ class _Names:
     def _all_names(self) -> list[str]:
         names = [s.name for s in self.graph.streams.values() if s.name]
         return names + [d.stream.text for d in self.workbook.devices if d.stream]
+
+
+def _deleting(cell: Cell, named: Mapping[str, Sequence[TestRow]]) -> Iterator[Fix]:
+    """Yield the fix, for the first of them, that deletes a test's rows with a stream; all if no other expects."""
+    mine = named[key(cell.text)]
+    if mine[0].stream is not cell:
+        return
+    title = N_("Delete the rows of the test that name “{name}”", name=cell.text)
+    if not any(row.expect for k, rows in named.items() if k != key(cell.text) for row in rows):
+        mine, title = [row for rows in named.values() for row in rows], N_("Delete all rows of this test")
+    gone = sorted({row.stream.address.row for row in mine}, reverse=True)
+    yield Fix("delete-rows", title, tuple(Delete(cell.address.sheet, row) for row in gone))
 
 
 def quoted_sheet(name: str) -> str:
@@ -174,19 +192,22 @@ class _Reader:
 
     def case(self, sheet: TestSheet) -> Case:
         before = len(self.report)
-        rows = [found for row in sheet.rows if (found := self._row(row)) is not None]
+        named: dict[str, list[TestRow]] = {}
+        for row in sheet.rows:
+            named.setdefault(key(row.stream.text), []).append(row)
+        rows = [found for row in sheet.rows if (found := self._row(row, named)) is not None]
         if len(self.report) == before and not any(r.expectation for r in rows):
             self.report.add("TEST012", Address(sheet.name), name=sheet.name)
         return Case(sheet.name, tuple(rows))
 
-    def _row(self, row: TestRow) -> CaseRow | None:
+    def _row(self, row: TestRow, all_named: Mapping[str, Sequence[TestRow]]) -> CaseRow | None:
         if not row.time or not row.stream:
             return None  # told by the reader
         time = parse_duration(row.time.text, bare="ms")
         if time is None or time > LONGEST_US:
             meant, longest = meant_duration(row.time.text) or "2 s", "24 h"
             self.report.add("TEST001", row.time.address, text=row.time.text, meant=meant, longest=longest)
-        named = self.names.find(row.stream, self.report)
+        named = self.names.find(row.stream, self.report, all_named)
         if named is None:
             return None
         undriven = named.kind is StreamKind.ACTUATOR and named.id not in self.names.graph.streams

@@ -74,7 +74,15 @@ class Replace:
     new: str
 
 
-FixEdit = Put | Insert | Replace
+@dataclass(frozen=True, slots=True)
+class Delete:
+    """Delete a row."""
+
+    sheet: str
+    row: int
+
+
+FixEdit = Put | Insert | Replace | Delete
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,7 +148,7 @@ class Document:
         """Change cells of a sheet, all or none; raise Refused when one was changed meanwhile, or is not taken."""
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
-    def together(self, author: str, steps: Sequence[PutTexts | AddRows | PutHeader]) -> Changed:
+    def together(self, author: str, steps: Sequence[PutTexts | AddRows | RemoveRows | PutHeader]) -> Changed:
         """Make several edits, of one sheet or of several, as one edit, which is undone as one."""
         return self._new(author, Batch(steps[0].sheet, tuple(steps)))
 

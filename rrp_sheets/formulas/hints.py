@@ -69,6 +69,11 @@ def instead_of_cell(names: Sequence[str]) -> str:
     return N_("Write the name of the row's input instead: {names}.", names=listed)
 
 
+def if_example(name: str) -> str:
+    """Return the remedy that writes IF with a number of the row."""
+    return N_('Write IF({name} < 1; "near"; "far").', name=name)
+
+
 def truth_beside_number(left: ast.expr, right: ast.expr) -> bool:
     """Return whether TRUE or FALSE is compared with a number: never equal in a spreadsheet, but maybe in Python."""
     kinds = {type(n.value) if isinstance(n, ast.Constant) else None for n in (left, right)}
@@ -152,7 +157,7 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
     if lower in _REFUSED_WORDS:
         raise refused(now, _REFUSED_WORDS[lower], _ADVICE)
     if lower == "if":
-        raise syntax(now, N_("it begins with “if”"), N_('Write IF(distance < 1; "near"; "far").'))
+        raise syntax(now, N_("it begins with “if”"), if_example("distance"), example="distance")
     if lower == "not":
         problem = syntax(now, N_("NOT in capitals needs brackets"), N_("Write NOT(…), or not in small letters."))
         problem.written = lower
@@ -188,7 +193,8 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
         problem.written = lower
         return problem
     if lower in ("then", "elif", "elseif"):
-        return syntax(now, N_("“{text}” is not understood", text=now.text), N_("Write IF(condition; then; otherwise)."))
+        reason = N_("“{text}” is not understood", text=now.text)
+        return syntax(now, reason, if_example("distance"), example="distance")
     if lower == "between":
         return syntax(now, N_("“between” is not understood"), N_("Write 1 <= distance <= 2."))
     if lower in ("equals", "equal", "is"):

@@ -337,8 +337,8 @@ class _Resolver:
         elif guess := nearest(name, names):
             remedy = N_("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
         elif names:
-            one = "Its only column is {names}: use that one, or add this column to the table."
-            several = "Its columns are {names}: use one of them, or add this column to the table."
+            one = N_("Its only column is {names}: use that one, or add this column to the table.")
+            several = N_("Its columns are {names}: use one of them, or add this column to the table.")
             remedy = N_(one if len(names) == 1 else several, names=", ".join(names))
         else:
             remedy = N_("None of its columns has a name: write one into its first row.")

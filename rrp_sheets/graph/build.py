@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import Fix, Put, meant
+from rrp_sheets.diagnostics.report import Fix, Insert, Put, meant
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.graph.names import Names
@@ -165,7 +165,12 @@ class _Builder:
             self.report.add("CONN009", at)
         elif most is not None and count > most:
             allowed = N_("one input stream") if most == 1 else N_("{most} input streams", most=most)
-            self.report.add("CONN004", at, connector=connector.name, most=allowed, count=count)
+            remedy, fixes = _joining(row, connector)
+            self.report.add(
+                "CONN004", at, fixes=fixes, connector=connector.name, most=allowed, count=count, remedy=remedy
+            )
+            if fixes[0].id == "combine":  # its formula is no wrong period
+                connector = self.connectors.get("combineLatest") or connector
         self.refused = self.refused or len(self.report) > before
         period = self._parameter(row, connector)
         self.failed = self.failed or len(self.report) > before
@@ -194,6 +199,25 @@ class _Builder:
         if connector.parameter is Parameter.NONE and cell:
             self.report.add("CONN006", cell.address, connector=connector.name)
         return None
+
+
+def _joining(row: Row, connector: Connector) -> tuple[str, list[Fix]]:
+    """Return what to do with too many inputs, and the fixes: combineLatest for a formula of several, else merge."""
+    cell, place, formula = row.inputs_cell, row.connector.address, row.formula.text
+    words = {key(word) for word in re.findall(r"\w+", formula)}
+    if sum(key(name.text) in words for name in row.inputs) > 1:
+        title = N_("Write {value}", value="combineLatest")
+        remedy = N_("Write combineLatest as the connector: its formula uses the latest value of each input.")
+        return remedy, [Fix("combine", title, (Put(place, "combineLatest"),))]
+    above = Insert(place.sheet, place.row, ((cell.address.column, cell.text), (place.column, "merge")))
+    merged = (above, Put(replace(cell.address, row=place.row + 1), ""))
+    fixes = [Fix("merge", N_("Add a row with {connector} above", connector="merge"), merged)]
+    if connector.name != "sample" or not row.inputs:
+        return N_("Join them in a row above: merge passes on every value, combineLatest the latest of each."), fixes
+    first = row.inputs[0].text
+    alone = Fix("alone", N_("Write {value}", value=first), (Put(cell.address, first),))
+    return N_("Write “{name}” alone, and the time between two values in Formula. To use all inputs, join them in a row "
+              "above with merge.", name=first), [alone, *fixes]  # fmt: skip
 
 
 def set_in_order(

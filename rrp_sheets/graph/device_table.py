@@ -139,7 +139,13 @@ class DeviceTable:
             if setting.required and blank and values.get(k) in (None, ""):
                 at = cells[k].address if k in cells else stream.address
                 fixes = () if k in cells else setting_fixes(self.workbook, setting, stream.text, found.name)
-                self.report.add("DEV003", at, fixes=fixes, device=found.name, setting=setting.name, help=setting.help)
+                header, help_text = setting_header(setting.name, self.workbook.language), setting.help
+                fill = N_("Fill in the column {setting} of this row: {help}.", setting=header, help=help_text)
+                add = N_(
+                    "Add the column {setting}, and fill it in for this row: {help}.", setting=header, help=help_text
+                )
+                remedy = fill if k in cells else add
+                self.report.add("DEV003", at, fixes=fixes, device=found.name, setting=setting.name, remedy=remedy)
         return values
 
     def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:

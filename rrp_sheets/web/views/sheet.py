@@ -18,10 +18,19 @@ from werkzeug.wrappers import Response as BaseResponse
 from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.report import MORE_LATER, FixEdit, Insert, Put, checks_wait
+from rrp_sheets.diagnostics.report import MORE_LATER, Delete, FixEdit, Insert, Put, checks_wait
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing, setting_columns
+from rrp_sheets.documents.grid import (
+    AddRows,
+    Grid,
+    GridColumn,
+    PutHeader,
+    PutTexts,
+    RemoveRows,
+    SheetMissing,
+    setting_columns,
+)
 from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
@@ -617,7 +626,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     fix = next((f for f in finding.fixes if f.id == asked.get("fix")), None) if finding else None
     if fix is None:
         raise Refused(_OLD, _LOOK)
-    sheets = {e.sheet if isinstance(e, Insert) else e.address.sheet for e in fix.edits}
+    sheets = {e.sheet if isinstance(e, Insert | Delete) else e.address.sheet for e in fix.edits}
     missing = sorted(name for name in sheets if name not in document.grids)
     if missing:
         message = N_("There is no sheet “{sheet}” that this fix could change.", sheet=missing[0])
@@ -630,11 +639,13 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     return replace(changed, cursor=(row, at.column)) if at and row else changed
 
 
-def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows | PutHeader]:
+def _steps(
+    grids: Mapping[str, Grid], edits: Sequence[FixEdit]
+) -> Iterator[PutTexts | AddRows | RemoveRows | PutHeader]:
     """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in edits:
-        grid = grids[one.sheet if isinstance(one, Insert) else one.address.sheet]
+        grid = grids[one.sheet if isinstance(one, Insert | Delete) else one.address.sheet]
         rows = order.setdefault(grid.name, list(grid.rows))
         if isinstance(one, Insert):
             place = one.before - grid.first
@@ -644,7 +655,12 @@ def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutT
             yield AddRows(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
             rows.insert(place, row)
             continue
-        place = one.address.row - grid.first
+        place = (one.row if isinstance(one, Delete) else one.address.row) - grid.first
+        if isinstance(one, Delete) and 0 <= place < len(rows):
+            yield RemoveRows(grid.name, (rows.pop(place),))
+            continue
+        if isinstance(one, Delete):
+            raise Refused(_OLD, _LOOK)
         if place == -1 and isinstance(one, Put) and one.text:
             yield PutHeader(grid.name, one.address.column, one.text, "")
             continue

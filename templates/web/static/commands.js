@@ -121,7 +121,7 @@ export const COMMANDS = [
   { told: "+ after the tabs", help: "adds a behaviour, a test, a table, or what is missing" },
 
   { section: "Elsewhere", name: "help", told: "F1", help: "help on the cell", at: "page", keys: ["Any+F1"], run: ({ help }) => help.toggle() },
-  { name: "nextProblem", told: "F8", help: "to the next problem in the sheet; with Shift to the one before",
+  { name: "nextProblem", told: "F8", help: "to the next problem in the sheet, errors first; with Shift to the one before",
     at: "page", keys: ["F8"], run: ({ statusBar }) => statusBar.step(1) },
   { name: "previousProblem", at: "page", keys: ["Shift+F8"], run: ({ statusBar }) => statusBar.step(-1) },
   { told: "F6", help: "to the diagram and the problems, and back to the sheet", at: "page", keys: ["Any+F6"], run: (grid) => grid.beside() },

@@ -35,11 +35,11 @@ export class Filter {
     return this.columns.size > 0 || this.problems;
   }
 
-  /** How many filled rows there are, and how many of them are shown. */
+  /** How many rows with texts there are, and how many of them are shown. */
   counts() {
     const { table } = this;
-    const filled = table.rows.length - table.room();
-    return { rows: filled, n: table.shown.filter((row) => table.at(row) < filled).length };
+    const filled = table.rows.filter((row) => table.places.some((at) => table.value(row.cells[at])));
+    return { rows: filled.length, n: filled.filter((row) => !table.hidden.has(row.id)).length };
   }
 
   /** True when other rows would be shown if it was applied now. */

@@ -34,30 +34,40 @@ export class StatusBar {
     put(this.counts, parts.join(" · "));
     this.filtered.hidden = !filter.active;
     this.filtered.querySelector("[data-do=filterAgain]").hidden = !filter.isOld;
-    const { length } = this.flagged();
+    const { errors, warnings } = this.flagged();
+    const length = errors.length + warnings.length;
     this.steps.querySelector("[data-do=onlyProblems]").hidden = filter.problems;
     this.steps.hidden = length === 0;
-    put(this.steps.querySelector("span"), tn("{n} cell with problems", "{n} cells with problems", { n: length }));
+    const place = (all) => ({ n: all.indexOf(selection.cell) + 1, count: all.length });
+    put(this.steps.querySelector("span"), errors.includes(selection.cell) ? t("Error {n} of {count}", place(errors))
+      : warnings.includes(selection.cell) ? t("Warning {n} of {count}", place(warnings))
+        : tn("{n} cell with problems", "{n} cells with problems", { n: length }));
   }
 
+  /** The cells with errors and those with warnings alone, each in the order of the sheet. */
   flagged() {
-    return [...this.grid.table.grid.querySelectorAll("td.flagged:not(.is-info)")];
+    const [errors, warnings] = ["error", "warning"].map((kind) => [...this.grid.table.grid.querySelectorAll(`td.flagged.is-${kind}`)]);
+    return { errors, warnings };
   }
 
-  /** To the next cell of the sheet with a problem, or the one before. */
+  /** To the next cell of the sheet with a problem, or the one before: through the errors, then through the warnings. */
   step(by) {
     const { table, selection } = this.grid;
-    const all = this.flagged().filter((cell) => table.column(cell) >= 0);
+    const { errors, warnings } = this.flagged();
+    const all = [...errors, ...warnings].filter((cell) => table.column(cell) >= 0);
     const found = all.filter((cell) => !table.hidden.has(cell.parentElement.id));
     if (!found.length) {
       this.grid.say(all.length ? t("The filter hides the rows with problems.") : t("There are no problems in this sheet."), all.length > 0);
       return;
     }
-    const FOLLOWING = Node.DOCUMENT_POSITION_FOLLOWING;
-    const at = found.filter((cell) => cell.compareDocumentPosition(selection.cell) & FOLLOWING).length;
-    const here = found[at] === selection.cell;
-    const to = by > 0 ? at + (here ? 1 : 0) : at - 1;
-    const cell = found[(to + found.length) % found.length];
+    let at = found.indexOf(selection.cell);
+    if (at < 0) { // from elsewhere to an error, if there is one
+      const first = found.filter((cell) => errors.includes(cell));
+      const near = first.length ? first : found;
+      const above = near.filter((cell) => cell.compareDocumentPosition(selection.cell) & Node.DOCUMENT_POSITION_FOLLOWING).length;
+      at = by > 0 ? (above % near.length) - 1 : above || near.length;
+    }
+    const cell = found[(at + by + found.length) % found.length];
     selection.go(cell.parentElement, table.column(cell));
   }
 }
