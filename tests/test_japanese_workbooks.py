@@ -488,6 +488,16 @@ def test_a_new_workbook_in_japanese_says_what_the_english_one_does(new: Path, tm
     assert "頭で追う" in run("explain", new)[1]
 
 
+@pytest.mark.parametrize("template", ["guided", "empty"])
+def test_a_new_workbook_has_the_same_cells_in_both_languages(tmp_path: Path, template: str) -> None:
+    books = [api.new(tmp_path / f"{lang}.xlsx", template=template, language=lang) for lang in ("en", "ja")]
+    mine, other = ([*to_rows(read_sheets(book)).values()][:-1] for book in books)  # the last has the drop-downs
+    assert [[[bool(cell) for cell in row] for row in sheet] for sheet in mine] == [
+        [[bool(cell) for cell in row] for row in sheet] for sheet in other
+    ]
+    assert template == "guided" or [len(sheet) for sheet in other[:-1]] == [1, 1, 1, 1]
+
+
 def test_the_language_of_the_computer_is_that_of_a_new_workbook(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
