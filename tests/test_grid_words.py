@@ -182,9 +182,13 @@ def test_scenes_and_tests_in_japanese(shelf: Books) -> None:
     page = shelf.open(path=book, sheet="試し")
     page.checked()
     assert "なしまたは空" in offered("D2", "な", "なし")
+    assert offered("C2", "距離=0.2; 色=", "赤") == ["赤", "緑", "青"] and offered("D2", 'colour="', "赤")[0] == "赤"
     page = shelf.open(path=book, sheet="追う")
     page.checked()
     assert "Wave" not in offered("C2", '"手', "手を振る") + offered("C2", '"wav', "手を振る")
+    assert offered("C2", 'touch.場所 = "', "頭")[1:3] == ["左手", "右手"] and offered(
+        "C2", 'touch.zone <> "左', "左足"
+    ) == ["左手", "左足"]
     assert offered("C2", "redBall.col", "色") + offered("C2", "redBall.距", "距離") == ["色", "距離"]
 
 

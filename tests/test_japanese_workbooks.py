@@ -281,6 +281,75 @@ def test_formulas_and_tests_name_fields_in_japanese(tmp_path: Path) -> None:
     assert english["text"] == "colour" and "色" in english["words"].split()
 
 
+TOUCHED = """## ふるまい
+
+| 入力ストリーム | コネクター | 式 | 出力ストリーム |
+|---|---|---|---|
+| 接触 | filter | {} | 触れた |
+| 触れた | subscribe | "はい" | 発話 |
+
+## デバイス
+
+| ストリーム | デバイス |
+|---|---|
+| 接触 | 接触 |
+| 発話 | 発話 |
+
+## テスト
+
+| 時間（ミリ秒） | ストリーム | 送信 | 期待 |
+|---|---|---|---|
+| 0 | 接触 | 場所="頭" | |
+| 0 | 触れた | | 場所="頭" |
+| 0 | 発話 | | はい |
+| 100 | 接触 | 場所=左足 | |
+| 100 | 発話 | | なし |
+| 200 | 接触 | 場所="頭" | |
+| 200 | 触れた | | 触れた.場所 = "頭" |
+
+## シーン
+
+| 時間（秒） | 対象 | 動作 | 値 |
+|---|---|---|---|
+| 0.2 | 子ども | 触る | 左足 長さ 0.1秒 |
+| 0.5 | 子ども | 触る | 頭 |
+"""
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        '接触.場所 = "頭"', '"頭" == 接触.zone', '接触.場所 in ("頭", "胸") and 接触.触れている', '接触.場所 = "Head"',
+        'NOT(value.場所 <> "頭")', 'SWITCH(接触.場所; "頭"; TRUE; "左足"; FALSE)', 'IF(接触.場所="左足"; FALSE; TRUE)',
+    ],
+)  # fmt: skip
+def test_formulas_and_tests_compare_values_of_sensors_in_japanese(tmp_path: Path, formula: str) -> None:
+    book = tmp_path / "touched.md"
+    book.write_text(TOUCHED.format(formula), encoding="utf-8")
+    assert [d.code for d in api.check(book).report] == []
+    assert [c.passed for c in api.test(book)[1].cases] == [True]
+
+
+def test_a_row_waits_for_a_touch_that_it_names_in_japanese(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    book = tmp_path / "touched.md"
+    book.write_text(TOUCHED.format('接触.場所 = "頭"'), encoding="utf-8")
+    api.run(book, api.RunSettings(seconds=1.0, fast=True, film=False, out=tmp_path / "out"))
+    lines = map(json.loads, (tmp_path / "out" / "trace.jsonl").read_text(encoding="utf-8").splitlines())
+    passed = [line["value"]["zone"] for line in lines if line.get("stream") == "ふるまい!触れた" and "value" in line]
+    assert passed and set(passed) == {"Head"}
+
+
+def test_a_touch_of_another_part_is_told_of_what_bumpers_and_the_chest_button_have(tmp_path: Path) -> None:
+    book = tmp_path / "touched.md"
+    rows = '| {} | merge | | 両方 |\n| 両方 | filter | 両方.場所 = "頭" | 触れた |'
+    for streams, codes in (("バンパー, 胸ボタン", ["LINT005"]), ("バンパー, 接触", [])):
+        text = TOUCHED.replace("| 接触 | filter | {} | 触れた |", rows.format(streams)).partition("## テスト")[0]
+        text += "| バンパー | バンパー |\n| 胸ボタン | 胸のボタン |\n"
+        book.write_text(text.replace("\n\n| バンパー |", "\n| バンパー |"), encoding="utf-8")
+        assert [d.code for d in api.check(book).report if d.code == "LINT005"] == codes
+
+
 SPEAKS = {
     "ja": "| 入力ストリーム | コネクター | 式 | 出力ストリーム |\n|---|---|---|---|\n| Chest button | subscribe | \"はい\" | Say |\n| Bumper | subscribe | | 歌 |",
     "en": "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Chest button | subscribe | \"Yes\" | Say |\n| Bumper | subscribe | | 歌 |",
@@ -417,6 +486,16 @@ def test_a_new_workbook_in_japanese_says_what_the_english_one_does(new: Path, tm
     assert [len(b.rows) for b in first.workbook.behaviours] == [len(b.rows) for b in second.workbook.behaviours]
     assert set(first.workbook.protocol.fields) == set(second.workbook.protocol.fields)
     assert "頭で追う" in run("explain", new)[1]
+
+
+@pytest.mark.parametrize("template", ["guided", "empty"])
+def test_a_new_workbook_has_the_same_cells_in_both_languages(tmp_path: Path, template: str) -> None:
+    books = [api.new(tmp_path / f"{lang}.xlsx", template=template, language=lang) for lang in ("en", "ja")]
+    mine, other = ([*to_rows(read_sheets(book)).values()][:-1] for book in books)  # the last has the drop-downs
+    assert [[[bool(cell) for cell in row] for row in sheet] for sheet in mine] == [
+        [[bool(cell) for cell in row] for row in sheet] for sheet in other
+    ]
+    assert template == "guided" or [len(sheet) for sheet in other[:-1]] == [1, 1, 1, 1]
 
 
 def test_the_language_of_the_computer_is_that_of_a_new_workbook(

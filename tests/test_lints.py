@@ -201,30 +201,29 @@ TAKING = [
 ]  # fmt: skip
 
 NEVER_EQUAL = [
-    # the formula of a row that follows Ball, what is never equal, and the formula as the fix writes it
-    ("map", 'IF(ball.colour = "赤"; 1; 2)', ["赤"], 'IF(ball.colour = "red"; 1; 2)'),
-    ("map", 'IF(ball.colour = "赤"; "赤"; "青")', ["赤"], 'IF(ball.colour = "red"; "赤"; "青")'),
-    ("map", 'IF("Gren" <> ball.colour; 1; 2)', ["Gren"], 'IF("green" <> ball.colour; 1; 2)'),
-    ("map", 'IF(ball.colour = "rot"; 1; 2)', ["rot"], None),
-    ("map", 'IF(ball.color = "赤" or ball.colour = "赤"; 1; 2)', ["赤", "赤"], None),  # which of them is not decided
-    ("map", 'ball.colour in ["red"; "青"]', ["青"], 'ball.colour in ["red"; "blue"]'),
-    ("map", 'SWITCH(ball.colour; "red"; 1; "緑"; 2)', ["緑"], 'SWITCH(ball.colour; "red"; 1; "green"; 2)'),
-    ("accumulate", 'total + IF(ball.colour = "青"; 1; 0)', ["青"], 'total + IF(ball.colour = "blue"; 1; 0)'),
-    ("filter", 'ball.colour = "赤"', ["赤"], 'ball.colour = "red"'),
-    ("filter", 'ball.colour = "赤" or ball.colour = "blue"', ["赤"], 'ball.colour = "red" or ball.colour = "blue"'),
-    ("once", 'IF(ball.colour = "赤"; 1; 2)', ["赤"], 'IF(ball.colour = "red"; 1; 2)'),
-    ("map", 'IF(ball.colour = "RED"; 1; 2)', [], None),
-    ("map", 'IF(ball.colour = LOWER("赤"); "赤"; "青")', [], None),
-    ("map", 'ball.distance & "" = "赤"', [], None),
+    # the formula of a row that follows the colour of Ball, what is never equal, and the formula as the fix writes it
+    ("map", 'IF(col = "赤"; 1; 2)', ["赤"], 'IF(col = "red"; 1; 2)'),
+    ("map", 'IF(col = "赤"; "赤"; "青")', ["赤"], 'IF(col = "red"; "赤"; "青")'),
+    ("map", 'IF("Gren" <> col; 1; 2)', ["Gren"], 'IF("green" <> col; 1; 2)'),
+    ("map", 'IF(col = "rot"; 1; 2)', ["rot"], None),
+    ("map", 'IF(col = "赤" or col = "赤"; 1; 2)', ["赤"], None),  # which of them is not decided
+    ("map", 'col in ["red"; "青"]', ["青"], 'col in ["red"; "blue"]'),
+    ("map", 'SWITCH(col; "red"; 1; "緑"; 2)', ["緑"], 'SWITCH(col; "red"; 1; "green"; 2)'),
+    ("accumulate", 'total + IF(col = "青"; 1; 0)', ["青"], 'total + IF(col = "blue"; 1; 0)'),
+    ("filter", 'col = "赤"', ["赤"], 'col = "red"'),
+    ("filter", 'col = "赤" or col = "blue"', ["赤"], 'col = "red" or col = "blue"'),
+    ("once", 'IF(col = "赤"; 1; 2)', ["赤"], 'IF(col = "red"; 1; 2)'),
+    ("map", 'IF(col = "RED"; 1; 2)', [], None),
+    ("map", 'IF(col = LOWER("赤"); "赤"; "青")', [], None),
+    ("map", 'col & "" = "赤"', [], None),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("connector", "formula", "texts", "corrected"), NEVER_EQUAL)
 def test_a_text_that_what_it_is_compared_with_never_is(connector, formula, texts, corrected):
-    found = list(
-        check(rows(f"| Ball | {connector} | {formula} | X | |\n| X | subscribe | | Print | |", header=HEADER)).report
-    )
-    assert [(d.code, str(d.address)) for d in found] == [("LINT005", "T!C2")] * len(texts)
+    row = f"| Ball | map | ball.colour | Col | |\n| Col | {connector} | {formula} | X | |"
+    found = list(check(rows(f"{row}\n| X | subscribe | | Print | |", header=HEADER)).report)
+    assert [(d.code, str(d.address)) for d in found] == [("LINT005", "T!C3")] * len(texts)
     assert all("can only be “red”, “green” or “blue”" in str(d.message) for d in found)
     fixes = [edit.text for d in found for fix in d.fixes for edit in fix.edits]
     assert fixes == ([corrected] if corrected else [])

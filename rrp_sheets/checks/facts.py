@@ -51,7 +51,7 @@ class AbstractValue:
             return self.fields[k]
         if self.choices is not None:
             return one_of(c.values.get(k) for c in self.choices if isinstance(c, Record))
-        found = next((f for f in self.record.fields if key(f.name) == k), None)
+        found = self.record.field(name)
         return UNKNOWN if found is None else of_field(found)
 
 
@@ -188,7 +188,7 @@ def sensor_fact(stream: Stream, robot: Robot) -> Fact:
         example = min(max(_JOINT_EXAMPLE, joint.lower), joint.upper)
         return Fact(AbstractValue(NUMBER, low=joint.lower, high=joint.upper, unit=joint.unit), True, example, rate=rate)
     settings = stream.settings
-    said: dict[str, AbstractValue] = {}  # the fields that the settings decide
+    said = {key(f.name): of_field(f) for f in kind.payload.fields if f.choices}  # also what the settings decide
     if settings.get("label"):
         said["label"] = exactly(settings["label"])
     if "zone" in settings:

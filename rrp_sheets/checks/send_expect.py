@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
 
 from rrp_sheets.checks.facts import ANY, TEXT
@@ -13,6 +13,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, compile_formula
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Cell
@@ -181,7 +182,7 @@ def _sent_fields(
             else:
                 tell_formula(report, "TEST007", cell, formula)
                 return None
-        given.append((name, value))
+        given.append((name, japanese.standard_choice(record, name, value)))
     return Sending(cell.text, fields=tuple(given))
 
 
@@ -203,7 +204,8 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
 
 
 def _is_text(name: str, record: RecordType | None) -> bool:
-    return record is None or any(f.kind in (TEXT, ANY) for f in record.fields if key(f.name) == record.keys[key(name)])
+    found = record.field(name) if record else None
+    return found is None or found.kind in (TEXT, ANY)
 
 
 def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
@@ -310,6 +312,7 @@ def _other(cell: Cell, place: Place, report: Report) -> Expectation:
     expected = []
     for name, text in parts:
         one = _one(text, cell, place, report)
+        one = replace(one, value=japanese.standard_choice(place.record, name, one.value))
         expected.append((name, Expectation("any", text) if key(text) == "any" else one))
     return Expectation("fields", cell.text, fields=tuple(expected))
 

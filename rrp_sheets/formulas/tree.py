@@ -9,17 +9,18 @@ from __future__ import annotations
 import ast
 import re
 import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NoReturn
 
 from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas.functions.define import arguments
 from rrp_sheets.formulas.hints import AMBIGUOUS, cell, cell_reference, function_here, name_here
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
-from rrp_sheets.formulas.parsing import Join, Pick, unread
+from rrp_sheets.formulas.parsing import Join, Pick, Switch, unread
 from rrp_sheets.formulas.problems import KINDS, FormulaProblem, together
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.formulas.tables import Table
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.texts import N_
@@ -51,7 +52,32 @@ def resolve(tree: ast.expr, scope: Scope, typed: str, problems: Iterable[Formula
     table = _table_of(resolved)
     if table is not None:
         raise FormulaProblem("FORM020", tree.col_offset, len(table.name), table=table.name)
+    for what, text, node in texts_compared(resolved):
+        if isinstance(what, ast.Attribute):
+            node.value = japanese.standard_choice(resolver.record_of(what.value), what.attr, text)
     return resolved
+
+
+def texts_compared(tree: ast.AST) -> Iterator[tuple[ast.Name | ast.Attribute, str, ast.Constant]]:
+    """Yield the names and fields that a formula compares with texts, these texts and their nodes."""
+    for node in ast.walk(tree):
+        pairs: list[tuple[ast.AST | None, ast.AST]] = []
+        if isinstance(node, ast.Compare) and len(node.ops) == 1:
+            left, right = node.left, node.comparators[0]
+            if isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+                pairs = [(left, right), (right, left)]
+            elif isinstance(right, (ast.List, ast.Tuple)):
+                pairs = [(left, one) for one in right.elts]
+        elif isinstance(node, Switch):
+            pairs = [(node.value, case) for case in node.cases]
+        for what, text in pairs:
+            fixed = text.value if isinstance(text, ast.Constant) else None
+            if (
+                isinstance(what, (ast.Name, ast.Attribute))
+                and isinstance(text, ast.Constant)
+                and isinstance(fixed, str)
+            ):
+                yield what, fixed, text
 
 
 class _Resolver:
@@ -132,12 +158,18 @@ class _Resolver:
         for each in self.scope.inputs.values():
             field = each.record.keys.get(k) if each.record else None
             if each.record and field:
-                return f"{each.name}.{next(f.name for f in each.record.fields if key(f.name) == field)}"
+                return f"{each.name}.{each.record.names[field]}"
         return None
 
     def _is_choice(self, k: str) -> bool:
         records = [i.record for i in self.scope.inputs.values() if i.record]
-        return any(k == key(c) for r in records for f in r.fields for c in f.choices)
+        chosen = (
+            (c, *japanese.words_for(japanese.CHOICES.get(key(f.name), {}), c))
+            for r in records
+            for f in r.fields
+            for c in f.choices
+        )
+        return any(k == key(word) for words in chosen for word in words)
 
     def _propose(self, name: str) -> dict[str, Any]:
         """Return the details `remedy` and `guess` for a name that is not known."""
@@ -365,7 +397,7 @@ class _Resolver:
         return node
 
     def _check_field(self, owner: ast.expr, field: str, at: ast.expr) -> None:
-        record = self._record_of(owner)
+        record = self.record_of(owner)
         if record is None:
             found = self.scope.inputs.get(key(owner.id)) if isinstance(owner, ast.Name) else None
             if found is not None and found.kind and key(found.name) not in self.local:
@@ -381,14 +413,13 @@ class _Resolver:
         told = meant(guess, N_("It has {names}.", names=names))
         raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, **told)
 
-    def _record_of(self, owner: ast.expr) -> RecordType | None:
+    def record_of(self, owner: ast.expr) -> RecordType | None:
         """Return the record type of a name, of a field that is a record (`ball.value.x`), or of a table's row."""
         if isinstance(owner, ast.Name) and key(owner.id) not in self.local:
             found = self.scope.inputs.get(key(owner.id))
             return found.record if found else None
-        if isinstance(owner, ast.Attribute) and (outer := self._record_of(owner.value)):
-            wanted = outer.keys.get(key(owner.attr))
-            return getattr(next((f.example for f in outer.fields if key(f.name) == wanted), None), "type", None)
+        if isinstance(owner, ast.Attribute) and (outer := self.record_of(owner.value)):
+            return getattr(getattr(outer.field(owner.attr), "example", None), "type", None)
         source: ast.expr | None = None
         if isinstance(owner, Pick) and len(owner.members) == 1:
             source = owner.members[0]

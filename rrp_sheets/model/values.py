@@ -49,6 +49,10 @@ class RecordType:
         object.__setattr__(self, "keys", keys)
         object.__setattr__(self, "names", names)
 
+    def field(self, name: str) -> Field | None:
+        """Return the field of that name in any spelling, or None."""
+        return next((f for f in self.fields if key(f.name) == self.keys.get(key(name))), None)
+
     def make(self, /, **values: Value) -> Record:
         """A record of this type from values by the fields' names; fields that are not given are blank.
 

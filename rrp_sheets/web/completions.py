@@ -133,10 +133,12 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _field_written(found: Word) -> Word:
-    """Return a field by its Japanese name, if it has one: those of the workbook's own tables have none."""
+def _field_written(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a field by its Japanese name, if it has one (those of the workbook's own tables have none), and values."""
     own = next((word for word in found["words"].split() if not word.isascii()), found["text"])
-    return {**found, "text": own, "words": f"{found['text']} {found['words']}"}
+    values = japanese.CHOICES.get(key(found["text"]), {})
+    choices = [{"text": japanese.japanese_word(values, c["text"]), "words": c["text"]} for c in found["choices"]]
+    return {**found, "text": own, "words": f"{found['text']} {found['words']}", "choices": choices}
 
 
 def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -216,7 +218,8 @@ def _record(record: RecordType, device: str = "") -> dict[str, Any]:
         about = N_(field.help, msgctxt=f"{device}.{field.name}" if device else "done") if field.help else ""
         about = N_("{help} ({unit})", help=about, unit=field.unit) if field.unit else about
         also = " ".join(name for name, meant in record.aliases.items() if key(meant) == key(field.name))
-        fields.append({"text": argument_name(field.name), "help": about, "words": also})
+        choices = [{"text": choice} for choice in field.choices]
+        fields.append({"text": argument_name(field.name), "help": about, "words": also, "choices": choices})
     return {"name": record.name, "fields": fields}
 
 

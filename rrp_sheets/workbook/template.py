@@ -115,14 +115,14 @@ def _protocol(robot: str, language: str = "en") -> list[tuple[str, str]]:
 
 
 _JAPANESE_TRACKING = (
-    ("赤いボール", "map", "赤いボール.distance", "距離", "ロボットからボールまでの距離（メートル）"),
+    ("赤いボール", "map", "赤いボール.距離", "距離", "ロボットからボールまでの距離（メートル）"),
     ("距離", "filter", "距離 < 届く範囲", "近い", "「届く範囲」はシート「補助の式」の数です"),
     ("近い", "subscribe", "", "頭の追跡", "頭がボールを追います"),
 )
-_JAPANESE_SETTINGS = ("動かし方", "せりふ")
+_JAPANESE_SETTINGS = tuple(setting_header(name, "ja") for name in _SETTINGS)
 _JAPANESE_DEVICES = (
-    ("赤いボール", "赤いボール", "", "", "ロボットのカメラに映る赤いボール"),
-    ("頭の追跡", "追跡", "頭", "", "頭だけで追います"),
+    ("赤いボール", "赤いボール", "", "", "", "", "ロボットのカメラに映る赤いボール"),
+    ("頭の追跡", "追跡", "頭", "", "", "", "頭だけで追います"),
 )
 _JAPANESE_HELPERS = (("届く範囲", "", "0.5", "メートル。これより近いボールを頭が追います"),)
 _JAPANESE_SCENE = (
@@ -131,9 +131,9 @@ _JAPANESE_SCENE = (
     ("9", "赤いボール", "消える", "", ""),
 )
 _JAPANESE_CHECK = (
-    ("0", "赤いボール", "distance=0.8", "", "遠すぎます"),
+    ("0", "赤いボール", "距離=0.8", "", "遠すぎます"),
     ("100", "近い", "", "なし", ""),
-    ("1000", "赤いボール", "distance=0.3", "", ""),
+    ("1000", "赤いボール", "距離=0.3", "", ""),
     ("1000", "近い", "", "0.3", ""),
 )
 _JAPANESE_PROTOCOL = {
@@ -181,17 +181,16 @@ def _filled(
 
 
 def empty_sheets(robot: str = "nao", language: str = "en") -> dict[str, list[list[str]]]:
-    """The same sheets with their columns only, for somebody who begins anew; the scene has a ball that comes and stays.
+    """The same sheets with their columns only, for somebody who begins anew.
 
     No test: one without rows could not fail, and the check would say so.
     """
     guided = template_sheets(robot, language)
     read_me, *_, check, _ = guided
-    scene, protocol = title_of("scene", language), title_of("protocol", language)
+    protocol = title_of("protocol", language)
     mine = {"title", "purpose", "datakept"}
     return {
         **{name: rows[:1] for name, rows in guided.items() if name not in (read_me, check)},
-        scene: guided[scene][:-1],
         protocol: [[field, "" if field_key(field) in mine else value] for field, value in guided[protocol]],
     }
 

@@ -13,7 +13,7 @@ from rrp_sheets.checks.formulas import rewrite
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.diagnostics.report import Fix, meant
 from rrp_sheets.formulas import Formula, Table
-from rrp_sheets.formulas.parsing import Switch
+from rrp_sheets.formulas.tree import texts_compared
 from rrp_sheets.graph import Step
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
@@ -123,7 +123,7 @@ def lint_never_equal(context: LintContext) -> None:
 
     def collect(tree: ast.AST, names: Mapping[str, AbstractValue], cell: Cell, dead: bool) -> None:
         nonlocal calls
-        for what, text in _texts_compared(tree):
+        for what, text, _ in texts_compared(tree):
             name = what.id if isinstance(what, ast.Name) else what.attr
             found.setdefault((cell, text, name, dead), []).append(known_of(what, names))
         for node in ast.walk(tree):
@@ -149,7 +149,7 @@ def lint_never_equal(context: LintContext) -> None:
 
 def _tell_translated(tree: ast.AST, streams: Mapping[str, str], step: Step, context: LintContext) -> None:
     """Report Japanese texts compared with the value of a done stream, which has the robot's own word for them."""
-    for what, text in _texts_compared(tree):
+    for what, text, _ in texts_compared(tree):
         if not isinstance(what, ast.Attribute) or not isinstance(what.value, ast.Name):
             continue
         done = context.graph.streams.get(streams.get(what.value.id, ""))
@@ -159,24 +159,6 @@ def _tell_translated(tree: ast.AST, streams: Mapping[str, str], step: Step, cont
             why = N_("a done stream has the robot’s own name, “{guess}”", guess=str(own))
             dead = step.ref in context.routes.dead
             _tell_never_equal(step.row.formula, text, what.attr, [str(own)], dead, context, why)
-
-
-def _texts_compared(tree: ast.AST) -> Iterator[tuple[ast.Name | ast.Attribute, str]]:
-    """Yield the names and fields that a formula compares with texts, and these texts."""
-    for node in ast.walk(tree):
-        pairs: list[tuple[ast.AST | None, ast.AST]] = []
-        if isinstance(node, ast.Compare) and len(node.ops) == 1:
-            left, right = node.left, node.comparators[0]
-            if isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
-                pairs = [(left, right), (right, left)]
-            elif isinstance(right, (ast.List, ast.Tuple)):
-                pairs = [(left, one) for one in right.elts]
-        elif isinstance(node, Switch):
-            pairs = [(node.value, case) for case in node.cases]
-        for what, text in pairs:
-            fixed = text.value if isinstance(text, ast.Constant) else None
-            if isinstance(what, (ast.Name, ast.Attribute)) and isinstance(fixed, str):
-                yield what, fixed
 
 
 def _tell_never_equal(

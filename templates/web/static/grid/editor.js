@@ -530,15 +530,17 @@ function begins(text, wanted) {
   return JAPANESE.test(wanted) ? plain.includes(wanted) : plain.split(/[^\p{L}\p{N}]+/u).some((word) => word.startsWith(wanted));
 }
 
+/** What a name in a formula holds; `value` is the row's input. */
+const recordOf = (words, where, name) => words.records[key(name)] ?? (name === "value" ? words.records[key(inputs(where)[0] ?? "")] : null);
+
 function inFormula(words, where, before) {
   const none = { items: [], from: 0, sure: false };
-  if (within(before, '"') || within(before, "'")) return quoted(words, before);
+  if (within(before, '"') || within(before, "'")) return quoted(words, where, before);
   const word = WORD.exec(before)[0];
   const from = before.length - word.length;
   if (before[from - 1] === ".") {
     const owner = WORD.exec(before.slice(0, from - 1))[0];
-    const record = words.records[key(owner)] ?? (owner === "value" ? words.records[key(inputs(where)[0] ?? "")] : null);
-    return { ...pick(record?.fields ?? [], word, from, false), partial: true };
+    return { ...pick(recordOf(words, where, owner)?.fields ?? [], word, from, false), partial: true };
   }
   if (/^\d/.test(word) || COMPLETE.has(word.toLowerCase())) return none;
   if (word && /\d\s*$/.test(before.slice(0, from))) return none; // a unit
@@ -551,10 +553,17 @@ function inFormula(words, where, before) {
   return { ...pick(all, word, from, false), partial: true };
 }
 
-/** Names of gestures and postures in a text; Enter takes none by itself, as a text may be anything. */
-function quoted(words, before) {
+/** The field of a stream's record that is called so, also in English or Japanese. */
+const fieldOf = (record, name) => record?.fields.find(({ text, words }) => [text, ...words.split(" ")].some((one) => key(one) === key(name)));
+
+/** The values of the field that a text in a formula is compared with, or else names of gestures and postures; Enter takes none of
+ *  these by itself, as a text may be anything. */
+function quoted(words, where, before) {
   const from = Math.max(before.lastIndexOf('"'), before.lastIndexOf("'")) + 1;
   const typed = before.slice(from);
+  const [, owner, name] = /([\p{L}\p{N}_]+)\.([\p{L}\p{N}_]+)\s*(?:==?|<>|!=|≠)\s*["']$/u.exec(before.slice(0, from)) ?? [];
+  const { choices = [] } = (owner && fieldOf(recordOf(words, where, owner), name)) || {};
+  if (choices.length) return { ...pick(choices, typed, from, false), partial: true };
   if (typed.length < (JAPANESE.test(typed) ? 1 : LEAST_IN_QUOTES)) return NOTHING;
   return { ...pick([...words.gestures ?? [], ...words.postures ?? []], typed, from, false), sure: false, partial: true };
 }
@@ -701,9 +710,12 @@ function sent(words, where, before) {
   const from = before.lastIndexOf(";") + 1;
   const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
   const typed = before.slice(start);
+  const record = words.records?.[key(named(where, "tested").replace(/^.*!/, ""))];
+  const [given, name] = /^([^=<>≈"]+)=\s*"?(?=[^=<>≈"]*$)/.exec(typed) ?? [];
+  const { choices = [] } = (name && fieldOf(record, name)) || {};
+  if (choices.length) return { ...pick(choices, typed.slice(given.length), start + given.length, false), partial: true };
   if (/[=<>≈"]/.test(typed)) return { items: [], from: start, sure: false };
-  const stream = key(named(where, "tested").replace(/^.*!/, ""));
-  const fields = (words.records?.[stream]?.fields ?? []).map((f) => ({ text: `${f.text}=`, help: f.help }));
+  const fields = (record?.fields ?? []).map((f) => ({ text: `${f.text}=`, help: f.help }));
   const others = where.kind === "expect" && !from ? words.expects : from ? [] : [{ text: "BLANK", help: t("a blank") }];
   return { ...pick([...fields, ...others], typed, start, false), partial: true };
 }
