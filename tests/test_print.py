@@ -321,7 +321,13 @@ def test_faces_that_are_kept_are_disclosed(tmp_path):
     assert "When the run ends, it deletes all faces" in kept[""]
     assert "runs/faces.json" in kept["| Face memory | kept |"]
     wiping = pack_of(workbook(tmp_path, rows, protocol="| Face memory | kept |")).consent
-    assert any("rrp-sheets faces --forget" in line.text for line in wiping)
+    assert any("by its name" in line.text for line in wiping)
+    assert not any("rrp-sheets" in line.text for line in wiping), "commands stand in the annex"
+    annex = pack_of(workbook(tmp_path, rows, protocol="| Face memory | kept |")).sheets[-1]
+    assert [command for _, command in annex.rows] == [
+        "rrp-sheets print WORKBOOK --for participants", "rrp-sheets runs delete --participant CODE",
+        "rrp-sheets faces --forget NAME",
+    ]  # fmt: skip
 
 
 def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(tmp_path):
@@ -428,6 +434,20 @@ def test_robot_that_gets_only_buttons_senses_nothing():
     assert "behaviour: 1" in [f"{n.label}: {n.text}" for n in pack.numbers]
     assert "sensors read: 0" in [f"{n.label}: {n.text}" for n in pack.numbers]
     assert "Child looked" in pack.sensed[-1].streams
+    assert pack.behaviours[0].takes_in == (
+        "Sensors: none; buttons of the operator: Start, Break, Go on and Child looked (in the rows: Looked)"
+    )
+    said = {s.row: s.text for s in pack.behaviours[0].sentences}
+    assert "every “Child looked” becomes “Saw it”" in said[28] and not any("“Looked”" in s for s in said.values())
+    assert said[11] == "“Start” sets “Trial” to 1. “Go on” sets “Trial” to 1 if it is less. “Rested” adds 1 to “Trial”."
+
+
+def test_the_microphone_is_said_to_hear_simulated_persons_only():
+    pack = pack_of(bundled("workbooks", "follow-my-pointing.xlsx"))
+    senses, kept = (next(g.text for g in part if label in g.label) for part, label in
+                    ((pack.glance, "senses"), (pack.kept, "Sound")))  # fmt: skip
+    assert "during the whole run, except while the robot speaks" in senses and "no sound of the room is kept" in senses
+    assert "except while the robot speaks, it hears the simulated persons only" in kept
 
 
 @pytest.mark.slow
@@ -436,6 +456,7 @@ def test_commands_are_not_broken_and_the_annex_comes_last():
     whole = "\n".join(pages)
     assert "rrp-sheets runs delete --participant CODE" in whole
     signed, annex = whole.rindex("Responsible researcher"), whole.rindex("For technicians: the behaviours")
+    assert whole.index("rrp-sheets runs delete") > annex
     assert whole.rindex("Consent, withdrawal and deletion") < signed < annex
 
 
