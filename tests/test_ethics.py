@@ -356,7 +356,10 @@ def test_facts_are_said_in_words_that_people_can_judge(tmp_path):
     assert "14 N, the weight of 1.4 kg" in found["Force of the arms"]
     assert "26 cm" in found["Distance"] and "with a raised arm 70 cm" in found["Distance"]
     assert "Esc pressed twice" in found["Stopping"] and "It does not cut the power" in found["Stopping"]
-    assert "the hand then moves at most" in found["Fastest movement"]
+    assert (
+        "the right shoulder, turns by at most 201° a second. With a stretched arm a hand moves at most"
+        in found["Fastest movement"]
+    )
 
 
 def test_facts_say_what_rows_do_not_move(tmp_path):
@@ -364,7 +367,7 @@ def test_facts_say_what_rows_do_not_move(tmp_path):
     assert quiet["Fastest movement"] == "No row moves a joint." and "Walking" not in quiet
     assert quiet["Force of the arms"] == "No row moves the arms."
     head = facts(pack_of(workbook(tmp_path, LOOKS, "head.md")))
-    assert head["Fastest movement"] == "A joint turns by at most 474° a second."
+    assert head["Fastest movement"] == "The fastest joint, the neck, turns by at most 474° a second."
 
 
 def test_robot_of_ones_own_without_facts_is_printed_without_them(tmp_path):

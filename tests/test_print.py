@@ -101,6 +101,7 @@ def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
     for said in (
         "Complex tracking",
         "Printed 2026-11-21",
+        "A recording has it too, to be compared: run.xlsx, sheet About this run.",
         "The robot acts on these occasions: the robot sees a red ball",
         "What the robot says No row makes the robot speak.",
         "What the robot moves Head, left arm, right arm and legs. The arms include the hands.",
@@ -403,7 +404,7 @@ def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     ]  # fmt: skip
     speeds = {a.stream: a.speed for a in pack.acts}
     assert speeds["There"] == "at most 0.5 m forward, 0 m to the side and a turn of 0° at one command"
-    assert speeds["Sit down"] == "95°/s (20 % of what is possible)"
+    assert speeds["Sit down"] == "95°/s (right shoulder; 20 % of what is possible)"
     assert "Yes, by “There”" in pack.cautions[0].text
     assert "“There” and “Sit down”" in pack.cautions[1].text
     legs = next(r for r in pack.rivals if r.part == "legs")
@@ -442,6 +443,30 @@ def test_robot_that_gets_only_buttons_senses_nothing():
     assert said[11] == "“Start” sets “Trial” to 1. “Go on” sets “Trial” to 1 if it is less. “Rested” adds 1 to “Trial”."
 
 
+@pytest.mark.parametrize(
+    ("thing", "robot", "told"),
+    [
+        ("Person", "", True),
+        ("Person", "simulated", True),
+        ("Person", "real", False),
+        ("Red ball", "simulated", False),
+        ("", "", False),
+    ],
+)
+def test_simulated_persons_are_told_on_the_first_page(tmp_path, thing, robot, told):
+    head = "## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n"
+    rest = f"{head}| 1 | {thing} | appears | at 1, 0, 0.5 |\n" if thing else ""
+    path = workbook(
+        tmp_path, "| Red ball | map | redBall.x | X | |\n", rest=rest, protocol=f"| Robot in sessions | {robot} |"
+    )
+    assert ("The persons in this run are simulated." in pack_of(path).meets.text) == told
+
+
+def test_persons_of_a_scene_that_the_program_makes_are_told_too(tmp_path):
+    path = workbook(tmp_path, "| Face | map | face.name | X | |\n")
+    assert "The persons in this run are simulated." in pack_of(path).meets.text
+
+
 def test_the_microphone_is_said_to_hear_simulated_persons_only():
     pack = pack_of(bundled("workbooks", "follow-my-pointing.xlsx"))
     senses, kept = (next(g.text for g in part if label in g.label) for part, label in
@@ -468,7 +493,7 @@ def test_the_speed_of_a_gesture_is_that_of_its_keyframes(tmp_path):
         "| Fast | 0.4 | 60° |\n"
     )
     acts = {a.stream: a for a in pack_of(workbook(tmp_path, rows, rest=rest)).acts}
-    slow, fast = (int(acts[name].speed.removesuffix("°/s")) for name in ("Shake", "Any"))
+    slow, fast = (int(acts[name].speed.removesuffix("°/s (neck)")) for name in ("Shake", "Any"))
     assert slow <= 100  # °/s: on its way back
     assert 60 / 0.4 < fast < 474  # the faster one of the two; the neck could do 474
     assert (acts["Shake"].parts, acts["Any"].parts) == ("head", "head")

@@ -58,10 +58,15 @@ def stated(
 
 
 def meets(source: Source) -> Labelled:
-    """Return which robot participants meet."""
-    study = source.checked.study
+    """Return which robot participants meet, and that the persons of the scene are simulated."""
+    study, scene = source.checked.study, source.checked.scene
     entry = "nobody" if study.is_demonstration else {SIMULATED: "simulated", REAL: "real"}.get(study.meets, "open")
-    return Labelled(source.get("meets.label"), source.get(f"meets.{entry}", robot=clean(source.checked.robot.title)))
+    lines = [source.get(f"meets.{entry}", robot=clean(source.checked.robot.title))]
+    shown = [what.split()[0] for s in study.sensed if s.device for what in s.device.type.shows]
+    acting = {action.what for action in scene} if scene is not None else set(shown)  # those of the scene made for it
+    if study.meets != REAL and acting & {"person", "touch", "say", "near"}:
+        lines.append(source.get("meets.persons"))
+    return Labelled(source.get("meets.label"), source.words.sentences(lines))
 
 
 def mode(source: Source) -> str:
