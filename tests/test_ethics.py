@@ -183,7 +183,7 @@ def test_boards_ask_for_more_when_there_is_more_to_ask(tmp_path, participants, r
     rest = DEVICES + "| Go | Operator button | | | | |\n"
     path = workbook(tmp_path, rows, rest=rest, protocol=f"| Participants | {participants} |")
     always = {field.name for field in FIELDS.values() if field.asked == "always"}
-    real = {"Robot used"} - {name.removeprefix("-") for name in asked}
+    real = {"Robot used", "Version date"} - {name.removeprefix("-") for name in asked}
     more = {name for name in asked if not name.startswith("-")}
     assert set(api.check(path).study.asked_fields()) - always == more | real
 
@@ -356,7 +356,24 @@ def test_facts_are_said_in_words_that_people_can_judge(tmp_path):
     assert "14 N, the weight of 1.4 kg" in found["Force of the arms"]
     assert "26 cm" in found["Distance"] and "with a raised arm 70 cm" in found["Distance"]
     assert "Esc pressed twice" in found["Stopping"] and "It does not cut the power" in found["Stopping"]
-    assert "the hand then moves at most" in found["Fastest movement"]
+    assert (
+        "the right shoulder, turns by at most 201° a second. With a stretched arm a hand moves at most"
+        in found["Fastest movement"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("version", "day", "shown", "asked"),
+    [
+        ("1.0", "", "1.0", True),
+        ("1.0", "2026-11-01", "1.0, 2026-11-01", False),
+        ("1.0 (3 May 2026)", "", "1.0 (3 May 2026)", False),
+    ],
+)
+def test_version_has_a_date(tmp_path, version, day, shown, asked):
+    pack = pack_of(workbook(tmp_path, LOOKS, protocol=f"| Version | {version} |\n| Version date | {day} |"))
+    assert {fact.label: fact.text for fact in pack.facts}["Version"] == shown
+    assert ("Version date" in lacks(pack)) == asked and "Version date" not in [s.label for s in pack.statements]
 
 
 def test_facts_say_what_rows_do_not_move(tmp_path):
@@ -364,7 +381,7 @@ def test_facts_say_what_rows_do_not_move(tmp_path):
     assert quiet["Fastest movement"] == "No row moves a joint." and "Walking" not in quiet
     assert quiet["Force of the arms"] == "No row moves the arms."
     head = facts(pack_of(workbook(tmp_path, LOOKS, "head.md")))
-    assert head["Fastest movement"] == "A joint turns by at most 474° a second."
+    assert head["Fastest movement"] == "The fastest joint, the neck, turns by at most 474° a second."
 
 
 def test_robot_of_ones_own_without_facts_is_printed_without_them(tmp_path):

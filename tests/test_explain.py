@@ -206,7 +206,7 @@ def test_an_operators_button_and_what_it_lets_say_are_told_once(tmp_path):
     button = "\n## Devices\n| Stream | Device | Label |\n|---|---|---|\n| Praise | Operator button | Praise |\n"
     praise = explained(tmp_path, '| Praise | subscribe | "It is time." | Say | |\n', button)
     assert praise.paragraph == "When the operator presses the button “Praise”, say “It is time.”"
-    assert praise.rows[0].text == praise.paragraph and praise.sensors == ("Praise (pressed by the operator)",)
+    assert praise.rows[0].text == praise.paragraph and praise.sensors == () and praise.buttons == ("Praise",)
     chain = '| Praise | map | praise.count | N | |\n| N | filter | n > 3 | E | |\n| E | map | "End." | Words | |\n'
     chained = explained(tmp_path, f"{chain}| Words | subscribe | | Say | |\n", button)
     for text in (chained.paragraph, *(row.text for row in chained.rows)):

@@ -144,6 +144,8 @@ def test_everything_that_rows_do_is_said(everything):
     assert part(sheet, "What do you do?") == (
         f"This is what you do: {BLANK}.", "You sit or stand near the robot.", "You can touch it when it asks you.", "You can talk to it.",
         "Hands off while it moves.", "It may be loud.", "You may get tired, or not like it. Then tell us.",
+        "This can happen: it startles you, it pinches a finger, it falls over, it bumps into you, its lights feel bad, "
+        "you miss it later, others see what we keep, it gets hot or you catch germs from it.",
         "How often, how long: Twice, 10 min.",
     )  # fmt: skip
     assert part(sheet, "Does it get help?") and "It is in the room with you." in sheet.intro.sentences
@@ -166,6 +168,17 @@ def test_a_quiet_robot_is_said_to_be_quiet(tmp_path):
         "It does not listen to you.",
     )  # fmt: skip
     assert part(sheet, "Does it get help?") == ()
+
+
+def test_risks_of_the_sheet_that_the_program_does_not_know_are_said_too(tmp_path):
+    head = "## Risks\n| Risk | For whom | How likely | What reduces it | Who ends the session when |\n|---|---|---|---|---|\n"
+    rest = f"{head}| Pain in the arms | Children | | | |\n| Boredom | The operator | | | |\n| A loud voice | | | | |\n"
+    rows = "| Red ball | map | 'Hi' | | |\n|  | subscribe | | Say | |\n"
+    for robot, more in (("simulated", ""), ("real", ", it gets hot")):
+        sheet = sheet_of(workbook(tmp_path, rows, rest=rest, protocol=f"| Robot in sessions | {robot} |"))
+        risks = [line for line in part(sheet, "What do you do?") if "can happen" in line]
+        assert risks[1:] == ["This can happen too: Pain in the arms."] and "it startles you" in risks[0]
+        assert ("it gets hot" in risks[0]) == bool(more)
 
 
 def test_how_to_stop_and_that_one_may_say_no_is_always_said(tmp_path):

@@ -98,6 +98,7 @@ def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
     for said in (
         "Complex tracking",
         "Printed 2026-11-21",
+        "A recording has it too, to be compared: run.xlsx, sheet About this run.",
         "The robot acts on these occasions: the robot sees a red ball",
         "What the robot says No row makes the robot speak.",
         "What the robot moves Head, left arm, right arm and legs. The arms include the hands.",
@@ -318,7 +319,13 @@ def test_faces_that_are_kept_are_disclosed(tmp_path):
     assert "When the run ends, it deletes all faces" in kept[""]
     assert "runs/faces.json" in kept["| Face memory | kept |"]
     wiping = pack_of(workbook(tmp_path, rows, protocol="| Face memory | kept |")).consent
-    assert any("rrp-sheets faces --forget" in line.text for line in wiping)
+    assert any("by its name" in line.text for line in wiping)
+    assert not any("rrp-sheets" in line.text for line in wiping), "commands stand in the annex"
+    annex = pack_of(workbook(tmp_path, rows, protocol="| Face memory | kept |")).sheets[-1]
+    assert [command for _, command in annex.rows] == [
+        "rrp-sheets print WORKBOOK --for participants", "rrp-sheets runs delete --participant CODE",
+        "rrp-sheets faces --forget NAME",
+    ]  # fmt: skip
 
 
 def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(tmp_path):
@@ -394,7 +401,7 @@ def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     ]  # fmt: skip
     speeds = {a.stream: a.speed for a in pack.acts}
     assert speeds["There"] == "at most 0.5 m forward, 0 m to the side and a turn of 0° at one command"
-    assert speeds["Sit down"] == "95°/s (20 % of what is possible)"
+    assert speeds["Sit down"] == "95°/s (right shoulder; 20 % of what is possible)"
     assert "Yes, by “There”" in pack.cautions[0].text
     assert "“There” and “Sit down”" in pack.cautions[1].text
     legs = next(r for r in pack.rivals if r.part == "legs")
@@ -425,6 +432,44 @@ def test_robot_that_gets_only_buttons_senses_nothing():
     assert "behaviour: 1" in [f"{n.label}: {n.text}" for n in pack.numbers]
     assert "sensors read: 0" in [f"{n.label}: {n.text}" for n in pack.numbers]
     assert "Child looked" in pack.sensed[-1].streams
+    assert pack.behaviours[0].takes_in == (
+        "Sensors: none; buttons of the operator: Start, Break, Go on and Child looked (in the rows: Looked)"
+    )
+    said = {s.row: s.text for s in pack.behaviours[0].sentences}
+    assert "every “Child looked” becomes “Saw it”" in said[28] and not any("“Looked”" in s for s in said.values())
+    assert said[11] == "“Start” sets “Trial” to 1. “Go on” sets “Trial” to 1 if it is less. “Rested” adds 1 to “Trial”."
+
+
+@pytest.mark.parametrize(
+    ("thing", "robot", "told"),
+    [
+        ("Person", "", True),
+        ("Person", "simulated", True),
+        ("Person", "real", False),
+        ("Red ball", "simulated", False),
+        ("", "", False),
+    ],
+)
+def test_simulated_persons_are_told_on_the_first_page(tmp_path, thing, robot, told):
+    head = "## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n"
+    rest = f"{head}| 1 | {thing} | appears | at 1, 0, 0.5 |\n" if thing else ""
+    path = workbook(
+        tmp_path, "| Red ball | map | redBall.x | X | |\n", rest=rest, protocol=f"| Robot in sessions | {robot} |"
+    )
+    assert ("The persons in this run are simulated." in pack_of(path).meets.text) == told
+
+
+def test_persons_of_a_scene_that_the_program_makes_are_told_too(tmp_path):
+    path = workbook(tmp_path, "| Face | map | face.name | X | |\n")
+    assert "The persons in this run are simulated." in pack_of(path).meets.text
+
+
+def test_the_microphone_is_said_to_hear_simulated_persons_only():
+    pack = pack_of(bundled("workbooks", "follow-my-pointing.xlsx"))
+    senses, kept = (next(g.text for g in part if label in g.label) for part, label in
+                    ((pack.glance, "senses"), (pack.kept, "Sound")))  # fmt: skip
+    assert "during the whole run, except while the robot speaks" in senses and "no sound of the room is kept" in senses
+    assert "except while the robot speaks, it hears the simulated persons only" in kept
 
 
 @pytest.mark.slow
@@ -433,6 +478,7 @@ def test_commands_are_not_broken_and_the_annex_comes_last():
     whole = "\n".join(pages)
     assert "rrp-sheets runs delete --participant CODE" in whole
     signed, annex = whole.rindex("Responsible researcher"), whole.rindex("For technicians: the behaviours")
+    assert whole.index("rrp-sheets runs delete") > annex
     assert whole.rindex("Consent, withdrawal and deletion") < signed < annex
 
 
@@ -444,7 +490,7 @@ def test_the_speed_of_a_gesture_is_that_of_its_keyframes(tmp_path):
         "| Fast | 0.4 | 60° |\n"
     )
     acts = {a.stream: a for a in pack_of(workbook(tmp_path, rows, rest=rest)).acts}
-    slow, fast = (int(acts[name].speed.removesuffix("°/s")) for name in ("Shake", "Any"))
+    slow, fast = (int(acts[name].speed.removesuffix("°/s (neck)")) for name in ("Shake", "Any"))
     assert slow <= 100  # °/s: on its way back
     assert 60 / 0.4 < fast < 474  # the faster one of the two; the neck could do 474
     assert (acts["Shake"].parts, acts["Any"].parts) == ("head", "head")

@@ -13,7 +13,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert
 from rrp_sheets.graph import Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.model.workbook import RiskRow, Workbook
 from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_, listed, sentences, translate
 from rrp_sheets.workbook.schema import FIELDS
@@ -26,6 +26,7 @@ _CHILDREN = re.compile(
     r"|子ども|子供|こども|児童|幼児|小学生|中学生|未成年|園児|児",
     re.IGNORECASE,
 )
+_YEAR = re.compile(r"(?<!\d)(?:19|20)\d\d(?!\d)")  # a version with a year has its date
 _BOTH_ARMS = frozenset(f"{side} arm" for side in ("left", "right"))  # parts of the robot, not texts
 Texts = tuple[str, str, str, str, str]
 """Risk, for whom, how likely, what reduces it, who ends the session when."""
@@ -142,6 +143,7 @@ class Study:
         conditions = {
             "always": True, "children": self.has_children, "operator": bool(self.buttons),
             "faces": self.looks_for_faces, "real": self.meets != SIMULATED,
+            "undated": not _YEAR.search(self.workbook.protocol.text("Version")),
         }  # fmt: skip
         return [field.name for field in FIELDS.values() if conditions.get(field.asked)]
 
@@ -161,12 +163,12 @@ class Study:
         named = [row.risk.text.casefold() for row in rows]
         return [risk for risk in self.proposed_risks() if not any(_NAMED[risk.kind].search(text) for text in named)]
 
-    def states_task_risks(self) -> bool:
-        """Return whether the sheet Risks has a row besides those that name the proposed risks, each by its first."""
-        rows = [row.risk.text.casefold() for row in self.workbook.risks.rows] if self.workbook.risks else []
-        named = {next((i for i, text in enumerate(rows) if _NAMED[r.kind].search(text)), -1)
-                 for r in self.proposed_risks()} - {-1}  # fmt: skip
-        return sum(map(bool, rows)) > len(named)
+    def task_risks(self) -> list[RiskRow]:
+        """Return the rows of the sheet Risks besides those that name the proposed risks, each by its first."""
+        rows = [row for row in self.workbook.risks.rows if row.risk] if self.workbook.risks else []
+        named = {next((i for i, row in enumerate(rows) if _NAMED[r.kind].search(row.risk.text.casefold())), -1)
+                 for r in self.proposed_risks()}  # fmt: skip
+        return [row for i, row in enumerate(rows) if i not in named]
 
     # ---- the risks, one by one
     @property

@@ -40,6 +40,8 @@ from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.texts import capital, translate
 
+_TOTALS = {Form.WORDS: "set", Form.CODE: "least"}
+
 
 @dataclass(frozen=True)
 class RowText:
@@ -53,28 +55,36 @@ class RowText:
 
 @dataclass(frozen=True)
 class BehaviourText:
-    """A behaviour in words: what it takes in and acts on (active rows only), the paragraph, and the rows."""
+    """A behaviour in words: what it takes in and acts on (active rows only), the paragraph, and the rows.
+
+    The operator's `buttons` are not among the `sensors`; they have their labels.
+    """
 
     name: str
     paragraph: str
     rows: tuple[RowText, ...]
     sensors: tuple[str, ...]
+    buttons: tuple[str, ...]
     actuators: tuple[str, ...]
 
     def lists(self, words: Texts) -> tuple[str, str]:
-        """Return the sensors and the actuators in words."""
+        """Return the sensors, with the operator's buttons, and the actuators in words."""
 
         def told(kind: str, names: Sequence[str]) -> str:
             return words.get(f"behaviour.{kind if names else f'no_{kind}'}", list=words.listed(names))
 
-        return told("sensors", self.sensors), told("actuators", self.actuators)
+        sensors = told("sensors", self.sensors)
+        if self.buttons:
+            sensors = words.get("behaviour.buttons", sensors=sensors, list=words.listed(self.buttons))
+        return sensors, told("actuators", self.actuators)
 
 
 def explain(
-    graph: Graph, workbook: Workbook, behaviours: Sequence[BehaviourGraph] | None = None, *, language: str = "en"
-) -> list[BehaviourText]:
-    """Describe all behaviours (or some) in plain words."""
-    rows = Rows(graph, workbook, texts(language))
+    graph: Graph, workbook: Workbook, behaviours: Sequence[BehaviourGraph] | None = None, *, language: str = "en",
+    labels: bool = False,
+) -> list[BehaviourText]:  # fmt: skip
+    """Describe all behaviours (or some) in plain words; with `labels` buttons are called by these, not as in rows."""
+    rows = Rows(graph, workbook, texts(language), labels=labels)
     chosen = graph.behaviours if behaviours is None else behaviours
     headings = {key(b.name): b.headings for b in workbook.behaviours}
     return [_behaviour(behaviour, rows, headings.get(behaviour.key, {})) for behaviour in chosen]
@@ -110,21 +120,30 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, headings: Mapping[int, str
             RowText(s.number, rows.sentence(s), s.row.on and s.active, capital(clean(headings.get(s.number, ""))))
             for s in behaviour.steps
         ),
-        tuple(_named_device(streams[i], words) for i in used),
+        tuple(_named_device(streams[i], words) for i in used if not _is_button(streams[i])),
+        tuple(_named_device(streams[i], words) for i in used if _is_button(streams[i])),
         tuple(_named_device(streams[i], words) for i in driven),
     )
 
 
 def _named_device(stream: Stream, words: Texts) -> str:
-    """Return a stream's name, with what there is to say about its device in brackets."""
-    device, name, title = stream.device, clean(stream.name), device_title(stream, words)
+    """Return what a stream is called, with what there is to say about its device in brackets."""
+    device, name, title = stream.device, _called(stream), device_title(stream, words)
     about = [title] if title and key(title) != key(name) else []
-    if stream.kind is StreamKind.SENSOR and device is not None and device.type.knowledge:
-        if device.type.name == "OperatorButton":
-            about = [words.get("behaviour.pressed")]
-        else:
-            about.append(words.get("behaviour.told"))
+    if _is_button(stream):
+        about = [words.get("behaviour.in_rows", name=clean(stream.name))] if name != clean(stream.name) else []
+    elif stream.kind is StreamKind.SENSOR and device is not None and device.type.knowledge:
+        about.append(words.get("behaviour.told"))
     return words.get("behaviour.about", name=name, about=words.in_a_row(about)) if about else name
+
+
+def _is_button(stream: Stream) -> bool:
+    return stream.device is not None and stream.device.type.name == "OperatorButton"
+
+
+def _called(stream: Stream) -> str:
+    """Return what people know a stream by: a button's label, else the stream's name."""
+    return clean(str((_is_button(stream) and stream.settings.get("label")) or stream.name))
 
 
 def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows) -> str:
@@ -147,8 +166,11 @@ def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows) -> str
 class Rows:
     """Maker of the sentences for a workbook's rows."""
 
-    def __init__(self, graph: Graph, workbook: Workbook, texts: Texts) -> None:
+    def __init__(self, graph: Graph, workbook: Workbook, texts: Texts, *, labels: bool = False) -> None:
         self.graph = graph
+        taken = {key(stream.name) for stream in graph.streams.values()}  # a label may be the name of another stream
+        called = {i: _called(stream) for i, stream in graph.streams.items() if labels}
+        self.labels = {i: label for i, label in called.items() if key(label) not in taken}
         self.texts = texts
         self.contents = contents(graph)
         self.helpers = {key(h.name.text): h.name.text for h in workbook.helpers}
@@ -230,7 +252,7 @@ class Rows:
         sentences = []
         for phrase in dict.fromkeys(steps):
             same = [self.noun(i) for i, one in zip(inputs, steps, strict=True) if one == phrase]
-            entry = "set" if phrase.form is Form.WORDS else "add" if phrase.fixed else "keep"
+            entry = _TOTALS.get(phrase.form) or ("add" if phrase.fixed else "keep")
             sentences.append(
                 self.texts.get(f"total.{entry}", inputs=self.texts.listed(same, "or"), output=values["output"],
                                value=phrase.text, n=phrase.fixed)
@@ -349,7 +371,7 @@ class Rows:
         """Return a stream's name as it stands after “each” or “the latest”."""
         if self._unnamed(stream):
             return self.texts.get("name.result", n=self._maker(stream))
-        return self.texts.get("name.quoted", name=clean(self.graph.streams[stream].name))
+        return self.texts.get("name.quoted", name=self.labels.get(stream) or clean(self.graph.streams[stream].name))
 
     def _unnamed(self, stream: str) -> bool:
         return not self.graph.streams[stream].name

@@ -327,7 +327,7 @@ class ProtocolField:
         synonyms: other accepted names, Japanese ones.
         also: other spellings of the choices of a closed field, each with the choice.
         asked: when an ethics board asks for it: `always`, or of studies with `children`, an `operator` who drives the
-            robot by hand, `faces` that it looks for, or a `real` robot; empty when it does not.
+            robot by hand, `faces` that it looks for, a `real` robot, or an `undated` version; empty when it does not.
     """
 
     name: str
@@ -368,6 +368,8 @@ _FIELDS = (
     ProtocolField("Authors", prompt=N_("Who has written this workbook."), synonyms=("作成者", "著者")),
     ProtocolField("Version", prompt=N_("The version of this workbook, such as 1.0."), synonyms=("版", "バージョン"),
                   asked="always"),
+    ProtocolField("Version date", prompt=N_("The date of this version, if Version does not say it."),
+                  synonyms=("版の日付",), asked="undated"),
     ProtocolField("Purpose", prompt=N_("What you want to find out or reach, in one or two sentences."),
                   synonyms=("目的",), asked="always"),
     ProtocolField("What happens", prompt=N_("The session in a few sentences, as a participant sees it."),

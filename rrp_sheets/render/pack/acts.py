@@ -187,12 +187,24 @@ def top_speed(source: Source, drivers: Sequence[Driver]) -> str:
     stream = drivers[0].stream
     if stream.device is not None and "forward" in stream.device.type.settings:
         return _way(source, stream)
-    fastest = top_velocity(source, drivers)
-    if not fastest:
+    fastest, joint = top_velocity(source, drivers)
+    if not joint:
         return ""
     share = 1.0 if _gestures(source, drivers) else _share(stream)
     entry = "acts.share" if share < 1 else "acts.speed"
-    return source.get(entry, degrees=show_speed(fastest), percent=round(share * 100))
+    words = joint_name(source, joint)
+    return source.get(entry, degrees=show_speed(fastest), percent=round(share * 100), joint=words)
+
+
+_JOINT = re.compile("(?P<side>[LR]?)(?P<part>Head|Shoulder|Elbow|Hip|Knee|Ankle)")
+
+
+def joint_name(source: Source, joint: str) -> str:
+    """Return where a joint is, `left shoulder` of `LShoulderRoll`; its name when that is not known."""
+    if not (found := _JOINT.match(joint)):
+        return clean(joint)
+    side = source.get(f"joint.{found['side']}") if found["side"] else ""
+    return source.get(f"joint.{found['part']}", side=side)
 
 
 def show_speed(velocity: float) -> int:
@@ -200,15 +212,15 @@ def show_speed(velocity: float) -> int:
     return math.ceil(math.degrees(velocity) - 1e-6)
 
 
-def top_velocity(source: Source, drivers: Sequence[Driver]) -> float:
-    """Return the top speed (rad/s) of the joints that an actuator stream moves, walking aside."""
+def top_velocity(source: Source, drivers: Sequence[Driver]) -> tuple[float, str]:
+    """Return the top speed (rad/s) of the joints that an actuator stream moves, and the fastest of them."""
     stream, robot = drivers[0].stream, source.checked.robot
     if stream.device is None or "forward" in stream.device.type.settings:
-        return 0.0
-    gestures = _gestures(source, drivers)
-    if gestures:
+        return 0.0, ""  # walking aside
+    if gestures := _gestures(source, drivers):
         return max(_fastest(robot, stream, g) for g in gestures)
-    return max((robot.joints[key(j)].max_velocity for j in _joints(source, drivers)), default=0.0) * _share(stream)
+    share, joints = _share(stream), _joints(source, drivers)
+    return max(((robot.joints[key(j)].max_velocity * share, j) for j in joints), default=(0.0, ""))
 
 
 def _share(stream: Stream) -> float:
@@ -249,15 +261,15 @@ def _gestures(source: Source, drivers: Sequence[Driver]) -> list[Gesture]:
     return [g for g in found if g is not None] if None not in found else []
 
 
-def _fastest(robot: Robot, stream: Stream, gesture: Gesture) -> float:
-    """Return the top speed (rad/s) of a gesture, begun and ended in the posture in which runs begin."""
+def _fastest(robot: Robot, stream: Stream, gesture: Gesture) -> tuple[float, str]:
+    """Return the top speed (rad/s) of a gesture, begun and ended in the posture in which runs begin, and the joint."""
     tempo = stream.settings.get("tempo")
     start = dict(robot.data["postures"][robot.data["robot"]["start_posture"]])
     frames = gesture.timed(float(tempo) if isinstance(tempo, (int, float)) and tempo else None)
     ways = Planner(robot, start, start).plan(frames).ways
     moved = set(_through_the_room(robot, ways))
-    pieces = [(way, i) for joint, way in ways.items() if joint in moved for i in range(len(way.times) - 1)]
-    return max((way.fastest(i) for way, i in pieces), default=0.0)
+    pieces = [(j, way, i) for j, way in ways.items() if j in moved for i in range(len(way.times) - 1)]
+    return max(((way.fastest(i), joint) for joint, way, i in pieces), default=(0.0, ""))
 
 
 def _joints(source: Source, drivers: Sequence[Driver]) -> list[str]:

@@ -67,15 +67,16 @@ def _movement(source: Source, facts: Mapping[str, Any]) -> str:
     """Return the fastest movement that rows can ask for, walking aside: the turn of a joint, the way of a hand."""
     groups = acts.by_stream(source)
     speeds = {stream: acts.top_velocity(source, drivers) for stream, drivers in groups.items()}
-    fastest = max(speeds.values(), default=0.0)
-    if not fastest:
+    fastest, joint = max(speeds.values(), default=(0.0, ""))
+    if not joint:
         return source.get("body.still")
-    arms = [v for s, v in speeds.items() if _ARMS & set(acts.parts_of(source, groups[s]))]
-    degrees = acts.show_speed(fastest)
+    arms = [v for s, (v, _) in speeds.items() if _ARMS & set(acts.parts_of(source, groups[s]))]
+    degrees, joint = acts.show_speed(fastest), acts.joint_name(source, joint)
     hand = max(arms, default=0.0) * float(facts["reach"])
     if not hand:
-        return source.get("body.turns", degrees=degrees)
-    return source.get("body.moves", degrees=degrees, speed=f"{hand:.1f}", like=_like(source, "speed", _SPEEDS, hand))
+        return source.get("body.turns", degrees=degrees, joint=joint)
+    like = _like(source, "speed", _SPEEDS, hand)
+    return source.get("body.moves", degrees=degrees, joint=joint, speed=f"{hand:.1f}", like=like)
 
 
 def _distance(source: Source, facts: Mapping[str, Any]) -> str:

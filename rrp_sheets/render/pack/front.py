@@ -34,7 +34,10 @@ class Print:
 def facts(source: Source, this: Print) -> tuple[Labelled, ...]:
     """Return the title block below title and purpose."""
     get, limit = source.get, source.checked.run.time_limit_us
-    lines = [Labelled(get(f"fact.{entry}"), text) for entry, n in _FIELDS if (text := source.protocol(n))]
+    said = {n: source.protocol(n) for _, n in _FIELDS}
+    dated = [text for text in (said["Version"], source.protocol("Version date")) if text]
+    said["Version"] = source.words.in_a_row(dated)
+    lines = [Labelled(get(f"fact.{entry}"), said[n]) for entry, n in _FIELDS if said[n]]
     return (
         *lines,
         Labelled(get("fact.robot"), get("fact.robot_is", title=source.checked.robot.title)),

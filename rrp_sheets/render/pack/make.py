@@ -110,7 +110,8 @@ def _finding(source: Source, flag: int, found: Diagnostic) -> model.OpenFinding:
 
 def sheets(source: Source) -> tuple[Sheet, ...]:
     """Return the tables that have rows."""
-    made = [_run(source), _devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source)]
+    made = [_run(source), _devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source),
+            _commands(source)]  # fmt: skip
     return tuple(sheet for sheet in made if sheet.rows)
 
 
@@ -214,6 +215,11 @@ def _scene(source: Source) -> Sheet:
     return _own_sheet(source, "scene", columns, rows, note=source.get("material.scene_note"))
 
 
+def _commands(source: Source) -> Sheet:
+    rows = [(source.get(f"material.command_{name}"), command) for name, command in people.commands(source).items()]
+    return _own_sheet(source, "commands", {"does": 1, "command": 2}, rows, mono=(1,))
+
+
 def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes, list[str]]:
     """Return the pack as a PDF, and warnings in words, of a missing font for example.
 
@@ -254,7 +260,9 @@ def _part(
     source: Source, graph: BehaviourGraph, behaviour: Behaviour, groups: Mapping[int, str], marks: Mapping[int, str],
     draw: Draw,
 ) -> BehaviourPart:  # fmt: skip
-    (said,) = explain(source.checked.graph, source.checked.workbook, [graph], language=source.words.language)
+    (said,) = explain(
+        source.checked.graph, source.checked.workbook, [graph], language=source.words.language, labels=True
+    )
     flags = source.flags(graph.key)
     figures, why = draw(source, graph, flags, marks)
     off = graph.key not in source.checked.run.behaviours

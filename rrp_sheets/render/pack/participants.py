@@ -25,6 +25,7 @@ BLANK = "_" * 12  # to be filled in by hand
 LONGEST = 120  # columns of a field: two lines
 MOST_READ_ALOUD = 8  # years: younger children do not read it by themselves
 _AGES = re.compile(r"(\d{1,2})(?:\s*(?:to|and|or|から|[-–〜～])\s*\d{1,2})?\s*(?:years|歳)", re.IGNORECASE)
+_STAFF = re.compile(r"\s*(?:the )?(?:operator|researcher|investigator|staff|操作者|研究者|スタッフ)", re.IGNORECASE)
 _NOTHING = re.compile(r"\s*(?:nothing|none|no\b|なし|ありません|隠しません|何も)", re.IGNORECASE)
 _SENSORS = {
     "RedBall": "balls", "GreenBall": "balls", "BlueBall": "balls", "Ball": "balls", "Blob": "colours",
@@ -180,7 +181,8 @@ class _Writer:
         made = [
             self._part("does", self._does()), self._sensed(),
             self._part("you", [], self._stated("What participants do", "you_task"),
-                       *(self.say(f"you_{entry}") for entry in self._you()), self._stated("Sessions", "you_sessions")),
+                       *(self.say(f"you_{entry}") for entry in self._you()), *self._risks(),
+                       self._stated("Sessions", "you_sessions")),
             self._part("stop", ("how",), sign, self.say("stop_at_once"),
                        self.say("stop_crouch") if self.study.meets == REAL else ""),
             self._part("choice", ("no", "later", "why", *(["parents"] if self.study.has_children else []))),
@@ -255,6 +257,16 @@ class _Writer:
             "loud": any(acts.speaks(s) for s in self.study.driven), "hard": bool(self.study.driven),
         }  # fmt: skip
         return [entry for entry, true in holds.items() if true]
+
+    def _risks(self) -> list[str]:
+        """Say the risks for participants: those that the rows bring, then further ones of the sheet Risks."""
+        words, study = self.source.words, self.study
+        entries = [f"participants.risk_{risk.kind}" for risk in study.proposed_risks() if study.driven]
+        known = [words.get(entry) for entry in entries if words.has(entry)]
+        rows = [row for row in study.task_risks() if not _STAFF.match(row.whom.text)]
+        own = words.listed([clean(row.risk.text).rstrip(".。") for row in rows], "or")
+        said = {"you_risks": words.listed(known, "or"), "you_risks_too": shortened(own, LONGEST)}
+        return [self.say(entry, text=text) for entry, text in said.items() if text]
 
     def _questions(self) -> SheetPart:
         return self._part("ask", ["us"], self._stated("Contact", "ask_contact"))

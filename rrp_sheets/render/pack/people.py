@@ -56,9 +56,19 @@ def consent(source: Source) -> tuple[Labelled, ...]:
     lines = list(stated(source, CONSENT))
     lines += [Labelled(get(f"consent.{entry}"), get(f"consent.{entry}_text")) for entry in ("page", "withdrawal")]
     lines.append(Labelled(get("consent.deletion"), get("consent.deletion_text")))
-    if remembers_faces(source) and source.checked.run.keeps_faces:
+    if "faces" in commands(source):
         lines.append(Labelled(get("consent.deletion"), get("consent.deletion_faces")))
     return tuple(lines)
+
+
+def commands(source: Source) -> dict[str, str]:
+    """Return the commands of the program that consent and deletion need, by what they are for."""
+    found = {
+        "page": "rrp-sheets print WORKBOOK --for participants", "deletion": "rrp-sheets runs delete --participant CODE",
+    }  # fmt: skip
+    if remembers_faces(source) and source.checked.run.keeps_faces:
+        found["faces"] = "rrp-sheets faces --forget NAME"
+    return found
 
 
 def statements(source: Source) -> tuple[Labelled, ...]:

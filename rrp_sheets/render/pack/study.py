@@ -29,8 +29,8 @@ DATA = (
 CONSENT = ("Information sheets", "Consent and capacity", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
 OPERATOR = ("Participants are told", "Reason for concealment", "Debriefing")
 FRONT = (
-    "Title", "Authors", "Version", "Ethics reference", "Contact", "Purpose", "What happens", "What participants do",
-    "Robot in sessions",
+    "Title", "Authors", "Version", "Version date", "Ethics reference", "Contact", "Purpose", "What happens",
+    "What participants do", "Robot in sessions",
 )  # fmt: skip
 RUN = ("Run", "Engine", "Frame rate", "Seed")
 MOST_RISKS = 100
@@ -58,10 +58,15 @@ def stated(
 
 
 def meets(source: Source) -> Labelled:
-    """Return which robot participants meet."""
-    study = source.checked.study
+    """Return which robot participants meet, and that the persons of the scene are simulated."""
+    study, scene = source.checked.study, source.checked.scene
     entry = "nobody" if study.is_demonstration else {SIMULATED: "simulated", REAL: "real"}.get(study.meets, "open")
-    return Labelled(source.get("meets.label"), source.get(f"meets.{entry}", robot=clean(source.checked.robot.title)))
+    lines = [source.get(f"meets.{entry}", robot=clean(source.checked.robot.title))]
+    shown = [what.split()[0] for s in study.sensed if s.device for what in s.device.type.shows]
+    acting = {action.what for action in scene} if scene is not None else set(shown)  # those of the scene made for it
+    if study.meets != REAL and acting & {"person", "touch", "say", "near"}:
+        lines.append(source.get("meets.persons"))
+    return Labelled(source.get("meets.label"), source.words.sentences(lines))
 
 
 def mode(source: Source) -> str:
@@ -84,7 +89,7 @@ def missing(source: Source) -> tuple[MissingField, ...]:
         where = get("missing.risks", sheet=sheet)
         if left := len(study.unnamed_risks()):
             found.append(MissingField(source.count("missing.risk", left), where, left))
-        if not study.states_task_risks():
+        if not study.task_risks():
             found.append(MissingField(get("missing.task_risks"), where))
     return tuple(found)
 
@@ -130,7 +135,7 @@ def risks_note(source: Source) -> str:
         return source.get("risks.nothing")
     lines = [source.get("risks.both" if own and left else "risks.own" if own else "risks.proposed")]
     lines += [source.get("risks.severe")] if left else []
-    lines += [] if study.is_demonstration or study.states_task_risks() else [source.get("risks.task")]
+    lines += [] if study.is_demonstration or study.task_risks() else [source.get("risks.task")]
     return source.words.sentences(lines)
 
 
