@@ -211,6 +211,18 @@ def test_marbles_tell_what_a_run_has_reported_in_japanese(tmp_path: Path) -> Non
     assert "という身ぶりはありません。「手を振る」のことですか。" in drawn and "there is no gesture" not in drawn
 
 
+def test_a_comparison_shows_the_scene_and_tests_as_the_sheets_have_them(tmp_path: Path) -> None:
+    before, after = moves(tmp_path), tmp_path / "after.md"
+    text = before.read_text(encoding="utf-8").replace("| 触る | 胸 |", "| さわる | 頭 |")
+    after.write_text(text.replace("| うなずく |\n", "| なし |\n"), encoding="utf-8")
+    told = [
+        (c.what, c.before, c.after, c.effect) for c in api.diff(before, after).changes if c.part in ("scene", "test")
+    ]
+    assert set(told) == {
+        ("does", "触る", "さわる", False), ("value", "胸", "頭", True), ("expect", "うなずく", "なし", False),
+    }  # fmt: skip
+
+
 def test_a_japanese_print_of_an_english_workbook_has_only_its_own_words_in_english() -> None:
     pack = pack_of(bundled("workbooks", "greeter.xlsx"), language="ja")
     cells = [cell for sheet in pack.sheets for row in sheet.rows for cell in row]

@@ -32,6 +32,7 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
 from rrp_sheets.scene.scene_words import KINDS
 from rrp_sheets.texts import LANGUAGES
+from rrp_sheets.web.views.workbook_list import templates
 from rrp_sheets.workbook.template import in_japanese
 
 ROOT = Path(__file__).parents[1]
@@ -79,7 +80,9 @@ def extract() -> Catalog:
             found.add(message.template, context=message.context)
     of_robots = chain.from_iterable(_robot_texts(load_robot(name)) for name in robot_names())
     verbs = [verb for kind in KINDS.values() for verb in kind.verbs]
-    for text, context in chain(of_robots, ((text, "scene") for verb in verbs for text in (verb.name, verb.example))):
+    of_scenes = ((text, "scene") for verb in verbs for text in (verb.name, verb.example))
+    of_templates = ((str(text), "template") for _, *about in templates()[2:] for text in about)
+    for text, context in chain(of_robots, of_scenes, of_templates):
         if text:
             found.add(text, context=context)
     return found

@@ -23,7 +23,7 @@ DEVICES = {
     "顔を覚える": "Remember face", "追跡": "Tracker", "関節を動かす": "Set joint position", "記録への表示": "Print",
     "姿勢": "Posture", "身ぶり": "Gesture", "ジェスチャー": "Gesture", "待機": "Wait", "待つ": "Wait",
     "実行の終了": "End run", "歩行": "Walk", "歩く": "Walk", "音の再生": "Play sound",
-    "ふるまいの切り替え": "Behaviour",
+    "ふるまいの切り替え": "Behaviour", "届いた文の発話": "Say input",
 }  # fmt: skip
 SETTINGS = {
     "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "ラベル": "Label", "表示": "Label",

@@ -174,7 +174,7 @@ def _fixed() -> dict[str, Any]:
     known = list(dict.fromkeys(connectors()))
     return {
         "connectors": [
-            {"text": c.name, "words": " ".join(c.words),
+            {"text": c.name, "words": " ".join(c.words), "meaning": c.legend_message(),
              "help": N_("{help} (advanced)", help=c.help_message()) if c.advanced else c.help_message()}
             for c in known
         ],

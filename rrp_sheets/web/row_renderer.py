@@ -212,7 +212,7 @@ class RowRenderer:
             return ",<br>".join(self._named(n, language) for n in names_in(text))
         if kind == "connector":
             known = connectors().get(text)
-            icon = f' data-icon="{known.name}"' if known else ""
+            icon = f' data-icon="{known.name}" title="{_said(known.legend_message(), language)}"' if known else ""
             return f'<span class="word"{icon}>{escape(text)}</span>'
         looks = "formula" if CELLS[kind].code else "word"
         return f'<span class="{looks}{" lengthy" if len(text) > _LONG else ""}">{escape(text)}</span>'
@@ -266,5 +266,6 @@ def _mend(number: int, d: Diagnostic, language: str) -> str:
     return (
         f'<div class="mend is-{kind}" id="p{number}" data-code="{escape(d.code)}"><b class="severity">'
         f"{_said(_SEVERITIES[kind], language)}</b> <span>{_said(in_browser(d.message), language)}</span> "
+        f'<small class="code" aria-hidden="true">{escape(d.code)}</small> '
         f"{remedy}{fixes}</div>"
     )

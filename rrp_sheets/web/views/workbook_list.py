@@ -23,7 +23,7 @@ from rrp_sheets.robots.media_files import SUFFIX as SOUND
 from rrp_sheets.robots.media_files import SUFFIXES as PICTURES
 from rrp_sheets.services import bundles
 from rrp_sheets.services.bundles import Bundle, catalogue_note, has_bundle_suffix, is_device, unpack
-from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.texts import N_, LazyMessage, listed, sentences
 from rrp_sheets.web.models import KindText, both, counts, error_text, plural, show
 from rrp_sheets.web.requests import page_language
 from rrp_sheets.web.run_store import RunLine, RunStore, line_of, when
@@ -110,10 +110,13 @@ class ShelfPage:
 
 @cache
 def templates() -> tuple[tuple[str, str, str], ...]:
-    """Return the templates for a new workbook, each with its title and a line about it: its Protocol's purpose."""
+    """Return the templates for a new workbook, each with its title and the first sentence of its purpose."""
     found = {p.stem: api.read(p).workbook.protocol for p in sorted(bundled("workbooks").glob("*.xlsx"))}
-    examples = ((n, n, protocol.text("Purpose").partition(". ")[0].rstrip(".")) for n, protocol in found.items())
-    return (*_MADE, *examples)
+
+    def told(text: str) -> LazyMessage:
+        return LazyMessage(text.partition(". ")[0].rstrip(".。"), msgctxt="template")
+
+    return (*_MADE, *((n, told(p.text("Title")), told(p.text("Purpose"))) for n, p in found.items()))
 
 
 def archived(repository: WorkbookRepository) -> tuple[str, ...]:

@@ -268,7 +268,7 @@ export class Editor {
     option.dataset.i = i;
     option.setAttribute("role", "option");
     option.setAttribute("aria-selected", String(i === this.chosen));
-    const state = item.row ? t("row {n}", { n: item.row }) : item.used ? t("in use") : item.adds ? t("+ Devices") : "";
+    const state = item.row ? t("row {n}", { n: item.row }) : item.used ? t("in use") : item.adds ? t("+ Devices") : item.meaning ?? "";
     const label = make("span", { className: `name ${item.kind ?? ""}` }, ...marked(item.label ?? item.text, word));
     option.append(label, ...(state ? [make("span", { className: "adds" }, state)] : []), make("small", {}, ...marked(item.help ?? "", word)));
     return option;

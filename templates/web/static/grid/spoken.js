@@ -138,7 +138,7 @@ function content(cell) {
 
 function words(mend) {
   const fix = mend.querySelector("[data-fix]");
-  const texts = [...mend.children].filter((part) => !part.matches("button")).map((part) => part.textContent.trim());
+  const texts = [...mend.children].filter((part) => !part.matches("button, .code")).map((part) => part.textContent.trim());
   return texts.join(" ").replace("→ ", "") + (fix ? ` ${fix.dataset.title}: ${spokenHintOf("mend")}.` : "");
 }
 
