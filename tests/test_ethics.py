@@ -273,7 +273,7 @@ def test_list_of_what_is_missing_and_who_is_met_stand_on_the_first_page(name, la
     ("field", "said", "mode"),
     [
         ("", "Not stated yet", "TRIED IN SIMULATION ONLY"),
-        ("", "The approval of a real robot needs a new print.", "TRIED IN SIMULATION ONLY"),
+        ("", "the approval of a real one needs a new print.", "TRIED IN SIMULATION ONLY"),
         ("simulated", "Participants see it on a screen", "TRIED IN SIMULATION ONLY"),
         (
             "real",

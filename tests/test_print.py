@@ -468,7 +468,7 @@ def test_the_microphone_is_said_to_hear_simulated_persons_only():
     pack = pack_of(bundled("workbooks", "follow-my-pointing.xlsx"))
     senses, kept = (next(g.text for g in part if label in g.label) for part, label in
                     ((pack.glance, "senses"), (pack.kept, "Sound")))  # fmt: skip
-    assert "during the whole run, except while the robot speaks" in senses and "no sound of the room is kept" in senses
+    assert "all the time, except while the robot speaks" in senses and "no sound of the room is kept" in senses
     assert "except while the robot speaks, it hears the simulated persons only" in kept
 
 

@@ -383,10 +383,7 @@ class Wording:
         return name != arrived or content.blank
 
     def _step(self, tree: ast.expr) -> Phrase:
-        """Return a part of a total's formula: the number that it adds (`fixed`), or the value that the total gets.
-
-        Of `MAX(total; 1)` it is the least value that the total then has, as `CODE`.
-        """
+        """Return what a part of a total's formula adds (`fixed`), sets it to, or as `CODE` what it is at least."""
         called, args = _call(tree)
         if called == "max" and len(args) == 2 and isinstance(args[0], ast.Name) and key(args[0].id) == "total":
             return Phrase(self._operand(args[1]), Form.CODE)

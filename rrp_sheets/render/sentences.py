@@ -55,10 +55,7 @@ class RowText:
 
 @dataclass(frozen=True)
 class BehaviourText:
-    """A behaviour in words: what it takes in and acts on (active rows only), the paragraph, and the rows.
-
-    The operator's `buttons` are not among the `sensors`; they have their labels.
-    """
+    """A behaviour in words: what it takes in (`buttons` aside) and acts on in active rows, the paragraph, the rows."""
 
     name: str
     paragraph: str

@@ -181,16 +181,17 @@ def _filled(
 
 
 def empty_sheets(robot: str = "nao", language: str = "en") -> dict[str, list[list[str]]]:
-    """The same sheets with their columns only, for somebody who begins anew.
+    """The same sheets with their columns only, for somebody who begins anew; the scene has a ball that comes and stays.
 
     No test: one without rows could not fail, and the check would say so.
     """
     guided = template_sheets(robot, language)
     read_me, *_, check, _ = guided
-    protocol = title_of("protocol", language)
+    scene, protocol = title_of("scene", language), title_of("protocol", language)
     mine = {"title", "purpose", "datakept"}
     return {
         **{name: rows[:1] for name, rows in guided.items() if name not in (read_me, check)},
+        scene: guided[scene][:-1],
         protocol: [[field, "" if field_key(field) in mine else value] for field, value in guided[protocol]],
     }
 

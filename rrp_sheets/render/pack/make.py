@@ -110,9 +110,8 @@ def _finding(source: Source, flag: int, found: Diagnostic) -> model.OpenFinding:
 
 def sheets(source: Source) -> tuple[Sheet, ...]:
     """Return the tables that have rows."""
-    made = [_run(source), _devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source),
-            _commands(source)]  # fmt: skip
-    return tuple(sheet for sheet in made if sheet.rows)
+    made = [_run(source), _devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source)]
+    return tuple(sheet for sheet in (*made, _commands(source)) if sheet.rows)
 
 
 def _sheet(

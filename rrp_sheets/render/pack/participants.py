@@ -261,7 +261,7 @@ class _Writer:
     def _risks(self) -> list[str]:
         """Say the risks for participants: those that the rows bring, then further ones of the sheet Risks."""
         words, study = self.source.words, self.study
-        entries = [f"participants.risk_{risk.kind}" for risk in study.proposed_risks() if study.driven]
+        entries = (f"participants.risk_{risk.kind}" for risk in study.proposed_risks() if study.driven)
         known = [words.get(entry) for entry in entries if words.has(entry)]
         rows = [row for row in study.task_risks() if not _STAFF.match(row.whom.text)]
         own = words.listed([clean(row.risk.text).rstrip(".。") for row in rows], "or")
