@@ -148,7 +148,7 @@ def test_a_text_that_is_not_sent_stays_over_closing_and_reload(grid: Shared) -> 
     grid.press("Shift+F2")
     grid.page.keyboard.insert_text("half a thought")
     grid.press("Escape")
-    grid.status("Your comment on D3 is not sent.")
+    grid.status("Your comment on D3 has not been sent yet.")
     grid.page.reload()
     grid.page.get_by_role("button", name="Open", exact=True).click()
     expect(panel(grid).get_by_label("Your comment")).to_have_value("half a thought")

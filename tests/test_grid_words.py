@@ -186,7 +186,7 @@ def test_scenes_and_tests_in_japanese(shelf: Books) -> None:
     page = shelf.open(path=book, sheet="追う")
     page.checked()
     offered("B2", "fil", "filter")
-    assert page.cell("B2").locator(".word").get_attribute("title") == "controls an actuator"
+    expect(page.cell("B2").locator(".word")).to_have_attribute("title", "controls an actuator")
     assert "Wave" not in offered("C2", '"手', "手を振る") + offered("C2", '"wav', "手を振る")
     assert offered("C2", 'touch.場所 = "', "頭")[1:3] == ["左手", "右手"] and offered(
         "C2", 'touch.zone <> "左', "左足"
