@@ -108,7 +108,7 @@ def test_f1_on_a_call_of_a_helper_explains_the_helper_first(shelf: Books) -> Non
     expect(panel.locator(".help-topic pre").first).to_have_text("CLAMP(distance; 0; limit)\n")
     expect(panel.locator("h4:text-is('Notes') ~ p")).to_have_text(["limit is in metres", "<b>see SMOOTH</b>"])
     grid.press("Escape")
-    grid.page.click(".tabs a:text-is('Helpers')")
+    grid.page.click(".tabs span:text-is('Helpers')")
     grid.page.wait_for_selector("body[data-ready] table.of-helpers")
     grid.checked()
     grid.go("A3")
@@ -195,7 +195,7 @@ def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_o
     grid.page.click("[data-do=help]")
     grid.page.wait_for_selector("#help h3:has-text('sample')")
     grid.press("Escape")
-    grid.page.click(".tabs a:text-is('Read me')")
+    grid.page.click(".tabs span:text-is('Read me')")
     grid.page.wait_for_selector("body[data-ready] table.of-own")
     becomes(lambda: grid.page.locator("#diagram").count(), 0)  # it is that of another sheet
     eventually(lambda: grid.text("A1") == "A title of mine" and grid.text("A3").startswith("This sheet is for people"))

@@ -47,7 +47,7 @@ def test_problems_stand_at_their_cells_with_their_remedy(folder: Path) -> None:
     text = checked(visit(folder), book("wrong.md"))
     formula = re.search(r'<td [^>]*class="formula flagged is-error"[^>]*aria-describedby="(p\d+)"[^>]*>.*?</td>', text)
     assert formula and "redBall.distence" in formula[0] and "Did you mean distance?" in formula[0]
-    assert re.search(r'data-cell="C2">Tracking!C2</a> <span class="code">FORM007', text)
+    assert re.search(r'data-cell="C2">Tracking!C2</a></span><p>[^<]*<small class="code">FORM007', text)
     assert re.search(r'<td [^>]*class="on flagged is-error"', text)
 
 
@@ -81,7 +81,7 @@ def test_a_page_has_words_tabs_and_sheets_of_ones_own(folder: Path) -> None:
     (folder / "my book.md").write_text(GOOD + more + mine, encoding="utf-8")
     client = visit(folder)
     text = checked(client, book("my book.md"))
-    for expected in ("In words", ">Scene</a>", "edit it in Excel or LibreOffice", ">Budget</a>"):
+    for expected in ("In words", ">Scene</span></a>", "edit it in Excel or LibreOffice", ">Budget</span></a>"):
         assert expected in text
     assert "at 1, 0, 0" in get(client, f"{book('my book.md')}/sheet/Scene").text
 
