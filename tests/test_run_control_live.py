@@ -114,9 +114,12 @@ class Live(RunObserver):
             self.changed.notify_all()
 
     def until(self, what, within=300.0):
-        """Wait until something is so."""
+        """Wait until something is so; the world's steps come without a notice, so it is looked at again and again."""
+        last = time.monotonic() + within
         with self.changed:
-            assert self.changed.wait_for(what, within)
+            while not what():
+                assert time.monotonic() < last
+                self.changed.wait(0.05)
 
     def do(self, kind, **what):
         """Ask, and wait until it is done or refused."""
