@@ -260,6 +260,10 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     panel.run()  # told again, as with each change of the run
     expect(hint).to_have_text("Head: click to touch, hold to keep touching")
     head.blur()
+    room = some(canvas.bounding_box)
+    page.mouse.click(room["x"] + 12, room["y"] + room["height"] - 60)  # the floor
+    expect(hint).to_contain_text("The robot feels nothing there. It feels: ")
+    expect(hint).to_contain_text("Chest")
     page.mouse.move(*middle("Chest"))
     becomes(hint.inner_text, "Chest: click to touch, hold to keep touching")
     becomes(lambda: canvas.evaluate("canvas => getComputedStyle(canvas).cursor"), "pointer")

@@ -19,17 +19,19 @@ export class Touch {
     this.on = false;
     this.press = null; // { zone, x, y, timer, held }
     this.shown = null; // the zone under the pointer
+    this.missed = null; // where a press began that is on no zone, or true once it was a click
     this.zones = stage.model.touch.map(({ zone, label, link, xyz }) => ({ zone, label, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(label) }));
     this.hint = make("p", { className: "touch-hint", id: "touch-hint" });
     this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark), this.hint);
     const { canvas } = stage;
     canvas.setAttribute("aria-describedby", this.hint.id);
     canvas.parentElement.append(this.box);
-    canvas.addEventListener("pointerdown", (event) => event.button === 0 && this.begin(this.under(event), event));
+    canvas.addEventListener("pointerdown", (event) => event.button === 0 && this.down(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     for (const name of ["pointerup", "pointercancel", "pointerleave"]) {
       canvas.addEventListener(name, (event) => {
         this.end(event.type === "pointerup");
+        if (event.type === "pointerup" && this.missed?.x !== undefined) this.miss(event);
         if (event.type === "pointerleave") this.show(null);
       });
     }
@@ -61,11 +63,25 @@ export class Touch {
     this.explain();
   }
 
+  /** A press on a zone touches it; of one beside the zones it is told that the robot feels nothing there. */
+  down(event) {
+    const one = this.under(event);
+    this.missed = one || !this.on ? null : { x: event.clientX, y: event.clientY };
+    this.begin(one, event);
+  }
+
+  /** The press on no zone has ended: as a click, unless it turned the view. */
+  miss({ clientX, clientY }) {
+    this.missed = Math.hypot(clientX - this.missed.x, clientY - this.missed.y) <= STEADY || null;
+    this.explain();
+  }
+
   /** Tell in the corner of the picture how the zone under the pointer or with the focus is touched, or that there are some. */
   explain() {
     const one = this.shown ?? this.zones.find((each) => each.mark === document.activeElement);
-    const words = one ? t("{zone}: click to touch, hold to keep touching", { zone: one.label }) : t("Click the robot to touch it");
-    put(this.hint, words);
+    const zones = this.zones.map(({ label }) => label).join(", ");
+    put(this.hint, one ? t("{zone}: click to touch, hold to keep touching", { zone: one.label })
+      : this.missed === true ? t("The robot feels nothing there. It feels: {zones}", { zones }) : t("Click the robot to touch it"));
   }
 
   begin(one, { clientX, clientY }) {
@@ -102,6 +118,7 @@ export class Touch {
   show(one) {
     if (one === this.shown) return;
     this.shown = one;
+    if (one) this.missed = null;
     for (const each of this.zones) each.mark.classList.toggle("under", each === one);
     this.stage.canvas.classList.toggle("on-zone", Boolean(one));
     this.explain();
