@@ -31,7 +31,7 @@ from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import no_analysis
 from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.workbook import read, schema
-from rrp_sheets.workbook.files import read_sheets, write_sheets
+from rrp_sheets.workbook.files import make_workbook, read_sheets, write_sheets
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.schema import SHEETS, recognise
@@ -498,6 +498,17 @@ def test_a_new_workbook_in_japanese_says_what_the_english_one_does(new: Path, tm
     assert [len(b.rows) for b in first.workbook.behaviours] == [len(b.rows) for b in second.workbook.behaviours]
     assert set(first.workbook.protocol.fields) == set(second.workbook.protocol.fields)
     assert "頭で追う" in run("explain", new)[1]
+
+
+def test_devices_that_need_no_setting_are_used_by_their_japanese_names(tmp_path: Path) -> None:
+    rows = [["赤いボール", "map", "赤いボール.距離", "距離"], ["距離", "filter", "距離 < 0.5", "近い"],
+            ["近い", "map", '"近いです"', "言葉"], ["言葉", "throttle", "5 s", "一言"], ["一言", "subscribe", "", "発話"],
+            ["発話 done", "filter", "発話done.完了", "話した"]]  # fmt: skip
+    header = ["入力ストリーム", "コネクター", "式", "出力ストリーム"]
+    book = make_workbook({"挨拶": [header, *rows]}, tmp_path / "挨拶.xlsx")
+    checked = api.check(book)
+    assert [d.code for d in checked.report] == ["GRAPH011"]  # nothing uses the last one
+    assert {s.device.type.name for s in checked.graph.streams.values() if s.device} >= {"RedBall", "SayInput"}
 
 
 @pytest.mark.parametrize("template", ["guided", "empty"])

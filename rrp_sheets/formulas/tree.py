@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NoReturn
 
 from rrp_sheets.diagnostics.report import meant
@@ -407,8 +407,11 @@ class _Resolver:
             return
         if key(field) in record.keys:
             return
-        guess = nearest(field, [f.name for f in record.fields] + list(record.aliases))
-        names = ", ".join(f.name for f in record.fields)
+        fields: Sequence[str] = [f.name for f in record.fields]
+        guess = nearest(field, [*fields, *record.aliases])
+        if japanese.LETTERS.search(field):
+            fields = japanese.japanese(japanese.FIELDS, fields)
+        names = ", ".join(fields)
         column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1
         told = meant(guess, N_("It has {names}.", names=names))
         raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, **told)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put, Replace, meant, surely
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put, meant, surely
 from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
@@ -177,12 +177,12 @@ class DeviceTable:
         return {**values, **found.preset}
 
     def find(self, name: str) -> Declared | None:
-        """Return the device behind a stream name, declared or used by its own name; None if there is none."""
+        """Return the device behind a stream name, declared or used by its own name (English or Japanese), or None."""
         k = key(name)
         if k in self.declared or k in self.broken:
             return self.declared.get(k)
         if k not in self._implicit:
-            found = self.robot.find(name)
+            found = self.robot.find(japanese.standard(japanese.DEVICES, name))
             if found is None:
                 return None
             self._implicit[k] = Declared(found.name, found, self._usual(found, name))
@@ -214,17 +214,6 @@ class DeviceTable:
                                  text=word, guess=listed(names, "or"))}  # fmt: skip
         remedy = N_("Did you mean {guess}?", guess=listed(names, "or"))
         return {"remedy": remedy, "guess": names[0]} if len(names) == 1 else {"remedy": remedy}
-
-    def naming_fixes(self, cell: Cell, guess: str | None) -> list[Fix]:
-        """Return the fix that writes a Japanese name of a device, which the sheet Devices must have, and adds it there.
-
-        Other names need no more than the fix that each finding with a guess has.
-        """
-        if not guess or japanese.standard(japanese.DEVICES, guess) == guess or self.find(guess):
-            return []
-        edits, _ = setting_edits(self.workbook, guess, guess, "stream", guess)
-        title = N_("Write {value}", value=guess)
-        return [Fix("correct-spelling", title, (Replace(cell.address, cell.text, guess), *edits))]
 
     def needs_declaring(self, declared: Declared) -> Setting | None:
         """Return the required setting that a device used by its name alone lacks (`Say parameter`: Text), or None."""

@@ -79,8 +79,7 @@ class Names:
             if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
                 self._told.add(k)
                 details = self._propose(cell.text, row)
-                fixes = self.devices.naming_fixes(cell, details.get("guess"))
-                self.report.add("GRAPH001", cell.address, fixes=fixes, name=cell.text, **details)
+                self.report.add("GRAPH001", cell.address, name=cell.text, **details)
             return None
         if declared.found.type.kind == "actuator":
             if row.on:
@@ -225,8 +224,7 @@ class Names:
             what = describe(declared.found.type)
         else:
             what = N_("the stream of another row") if key(cell.text) in self.rows else N_("not a device of the robot")
-        fixes = self.devices.naming_fixes(cell, details.get("guess"))
-        self.report.add("GRAPH006", cell.address, fixes=fixes, name=cell.text, what=what, **details)
+        self.report.add("GRAPH006", cell.address, name=cell.text, what=what, **details)
         return None
 
     def _ordinary(self, first: Cell, stream_id: str) -> str:

@@ -2,7 +2,7 @@
 
 The readers of sheets put the standard word in place of each, so that nothing after them knows of languages: the same
 workbook in Japanese runs in the same way. What people say, name and note is never looked up, nor are names of streams
-and connectors. Headers of columns are synonyms in `schema`.
+(but for those of devices that rows use by their own name) and connectors. Headers of columns are synonyms in `schema`.
 """
 
 from __future__ import annotations

@@ -118,14 +118,15 @@ def _whole(node: ast.AST, tables: Mapping[str, Table]) -> tuple[Table, str] | No
 # ---- texts in formulas
 def lint_never_equal(context: LintContext) -> None:
     """Report texts that are compared with a value that has others only, such as a colour that no sensor gives."""
-    found: dict[tuple[Cell, str, str, bool], list[AbstractValue]] = {}
+    found: dict[tuple[Cell, str, str, bool, bool], list[AbstractValue]] = {}
     calls = 0
 
     def collect(tree: ast.AST, names: Mapping[str, AbstractValue], cell: Cell, dead: bool) -> None:
         nonlocal calls
         for what, text, _ in texts_compared(tree):
             name = what.id if isinstance(what, ast.Name) else what.attr
-            found.setdefault((cell, text, name, dead), []).append(known_of(what, names))
+            of_field = isinstance(what, ast.Attribute)
+            found.setdefault((cell, text, name, dead, of_field), []).append(known_of(what, names))
         for node in ast.walk(tree):
             helper = getattr(node, "helper", None)
             if helper is not None and helper.tree is not None and isinstance(node, ast.Call) and calls <= _MOST_CALLS:
@@ -139,12 +140,12 @@ def lint_never_equal(context: LintContext) -> None:
             known = {name: context.fact(stream).known for name, stream in inputs.items()}
             collect(formula.tree, known, step.row.formula, step.ref in context.routes.dead)
             _tell_translated(formula.tree, inputs, step, context)
-    for (cell, text, name, dead), values in found.items() if calls <= _MOST_CALLS else ():
+    for (cell, text, name, dead, of_field), values in found.items() if calls <= _MOST_CALLS else ():
         can = [c for known in values for c in known.choices or (0,)]
         texts = list(dict.fromkeys(c for c in can if isinstance(c, str)))
         closed = all(isinstance(c, (str, NoneType)) for c in can)
         if texts and closed and text.casefold() not in map(str.casefold, texts):
-            _tell_never_equal(cell, text, name, texts, dead, context)
+            _tell_never_equal(cell, text, name, texts, dead, context, of_field=of_field)
 
 
 def _tell_translated(tree: ast.AST, streams: Mapping[str, str], step: Step, context: LintContext) -> None:
@@ -162,11 +163,15 @@ def _tell_translated(tree: ast.AST, streams: Mapping[str, str], step: Step, cont
 
 
 def _tell_never_equal(
-    cell: Cell, text: str, name: str, can: Sequence[str], dead: bool, context: LintContext, why: str = ""
-) -> None:
+    cell: Cell, text: str, name: str, can: Sequence[str], dead: bool, context: LintContext, why: str = "",
+    of_field: bool = False,
+) -> None:  # fmt: skip
     own = (japanese.standard(words, text) for words in japanese.CHOICES.values())
     guess = can[0] if why else next((one for one in own if one in can), None) or nearest(text, can)
     remedy = meant(guess, N_("Compare it with the values that its input can have."), quoted=True)["remedy"]
+    if of_field and japanese.LETTERS.search(text):  # of a field it takes the Japanese words, too
+        words = (own for own in japanese.CHOICES.values() if {*can} <= {*own.values()})
+        can = japanese.japanese(next(words, {}), can)
     values = _listed([N_("“{text}”", text=one) for one in can], "or")
     why = why or N_("“{name}” can only be {values}, so this never matches", name=name, values=values)
     what = NEVER_PASSES if dead else N_("“{text}” never occurs", text=text)
