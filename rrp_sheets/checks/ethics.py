@@ -26,7 +26,7 @@ _CHILDREN = re.compile(
     r"|子ども|子供|こども|児童|幼児|小学生|中学生|未成年|園児|児",
     re.IGNORECASE,
 )
-_YEAR = re.compile(r"(?<!\d)(?:19|20)\d\d(?!\d)")  # a version with a year has its date
+_YEAR = re.compile(r"(?<!\d)(?:19|20)\d\d(?:[01]\d[0-3]\d)?(?!\d)|令和\s*[\d元]")  # a version with a year has its date
 _BOTH_ARMS = frozenset(f"{side} arm" for side in ("left", "right"))  # parts of the robot, not texts
 Texts = tuple[str, str, str, str, str]
 """Risk, for whom, how likely, what reduces it, who ends the session when."""
