@@ -19,7 +19,6 @@ from rrp_sheets.texts import N_, listed, sentences, translate
 from rrp_sheets.workbook.schema import FIELDS
 
 SIMULATED, REAL = FIELDS["robotinsessions"].words
-BUTTON = "OperatorButton"
 _NOBODY = re.compile(r"\s*(?:nobody|no one|no participants?|none|なし|無し|いません|参加者なし|誰も)", re.IGNORECASE)
 _CHILDREN = re.compile(
     r"\b(?:child|children|child's|pupils?|kids?|boys?|girls?|toddlers?|minors?|teenagers?|adolescents?|infants?)\b"
@@ -123,7 +122,7 @@ class Study:
     @property
     def buttons(self) -> list[str]:
         """The labels of the operator's buttons that rows take in."""
-        mine = [s for s in self.sensed if s.device and s.device.type.name == BUTTON]
+        mine = [s for s in self.sensed if s.device and s.device.type.is_button]
         return [str(s.settings.get("label") or s.name) for s in mine]
 
     @property

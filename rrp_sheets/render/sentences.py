@@ -133,7 +133,7 @@ def _named_device(stream: Stream, words: Texts) -> str:
 
 
 def _is_button(stream: Stream) -> bool:
-    return stream.device is not None and stream.device.type.name == "OperatorButton"
+    return stream.device is not None and stream.device.type.is_button
 
 
 def _called(stream: Stream) -> str:

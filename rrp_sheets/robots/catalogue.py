@@ -383,6 +383,11 @@ class DeviceType:
     # a small workbook with a test, in Markdown, for the device's help; its heading says what it shows
     example: str = ""
 
+    @property
+    def is_button(self) -> bool:
+        """True for a button that the operator presses."""
+        return self.name == "OperatorButton"
+
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
         """Return the resources that an actuator with these settings (by key) uses; two that share one conflict.
 
