@@ -96,7 +96,7 @@ def test_a_row_with_too_many_cells_is_told_once():
 
 
 @pytest.mark.parametrize("connector", ["subscibe", ""])
-@pytest.mark.parametrize("name", ["話す", "Greeting"])
+@pytest.mark.parametrize("name", ["挨拶", "Greeting"])
 def test_rows_that_depend_on_an_unknown_connector_are_not_told(connector, name):
     text = f'| Red ball | {connector} | "a" | {name} |\n| Red ball | subscribe | "b" | {name} |\n| {name} done | subscribe | | Print |'
     assert [code for code, _ in findings(rows(text))] == ["CONN002" if connector else "CONN001"]

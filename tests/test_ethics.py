@@ -368,6 +368,9 @@ def test_facts_are_said_in_words_that_people_can_judge(tmp_path):
         ("1.0", "", "1.0", True),
         ("1.0", "2026-11-01", "1.0, 2026-11-01", False),
         ("1.0 (3 May 2026)", "", "1.0 (3 May 2026)", False),
+        ("20261101", "", "20261101", False),
+        ("第2版（令和8年11月1日）", "", "第2版（令和8年11月1日）", False),
+        ("1.202611", "", "1.202611", True),
     ],
 )
 def test_version_has_a_date(tmp_path, version, day, shown, asked):

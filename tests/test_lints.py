@@ -249,6 +249,12 @@ def test_a_text_is_compared_with_all_that_rows_give(given, expected):
     assert lints(text + '| C | map | IF(c = "ja"; 1; 2) | X | |\n| X | subscribe | | Print | |') == expected
 
 
+def test_a_japanese_text_that_a_sensor_never_gives_is_told_as_it_is_typed():
+    row = '| Bumper | map | IF(bumper.zone = "左手"; 1; 2) | X | |\n| X | subscribe | | Print | |'
+    (found,) = check(rows(row, header=HEADER)).report
+    assert found.code == "LINT005" and "“左手” never occurs" in str(found.message)
+
+
 @pytest.mark.parametrize(("text", "meant"), [("head\\e", "head\\d"), ("ha nds", 'ha ""nd'), ("foot", "")])
 def test_a_text_that_no_row_of_a_table_has(text, meant):
     parts = '\n## Parts\n| Zone |\n|---|\n| head\\d |\n| ha "nd |\n| foot |\n'

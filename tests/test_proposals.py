@@ -64,7 +64,7 @@ WORDS = [
     ("| Touch | subscribe | | Stop |", "GRAPH006", "Did you mean End run?", "End run"),
     ("| Tac | subscribe | | Print |", "GRAPH001", "Did you mean Touch?", "Touch"),
     ("| Ta | subscribe | | Print |", "GRAPH001", "Write the output stream of another row", ""),
-    ("| Touch | subscribe | | 待つ |", "GRAPH006", "Did you mean Wait?", "Wait"),
+    ("| Touch | subscribe | | 言う |", "GRAPH006", "Did you mean Say?", "Say"),
     ("| Touch | count | | N |\n| N | subscribe | | Print |", "CONN002", "Did you mean accumulate?", "accumulate"),
     ("| Touch | 数える | | N |\n| N | subscribe | | Print |", "CONN002", "Did you mean accumulate?", "accumulate"),
     # an output that nothing reads may have been called so before; a misspelt name of the workbook's own comes first

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from rrp_sheets.documents.grid import Grid, GridColumn
+from rrp_sheets.web.analysis import no_analysis
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows
 
@@ -50,3 +51,14 @@ def test_rows_can_be_made_at_any_moment_and_those_that_stay_are_never_missing() 
         over.set()
         editor.join()
     assert grid.rows == stay
+
+
+def test_rows_that_one_page_has_already_are_still_told_to_the_others() -> None:
+    grid = Grid("T", "behaviour", 2, (GridColumn(1, "Connector", "Connector"),))
+    row = grid.add_blank(3)[1]
+    renderer = RowRenderer(grid)
+    for locked in ({}, {("T", row, 1): ("c", "Aya")}):  # the second page is opened before the first one is told
+        renderer.update(no_analysis(), locked)
+        renderer.rows(0, 10)
+    assert [changed for changed, _ in renderer.changed()] == [row]
+    assert renderer.changed() == []

@@ -104,9 +104,9 @@ def folder_of(workbook: Workbook) -> Path:
 
 def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:
     """Return the labels of the operator's buttons, declared or used by their names alone."""
-    declared = [d for d in workbook.devices if (f := robot.find(d.device.text)) and f.type.name == "OperatorButton"]
+    declared = [d for d in workbook.devices if (f := robot.find(d.device.text)) and f.type.is_button]
     labels = [d.settings["label"].text if d.settings.get("label") else d.stream.text for d in declared]
-    used = [s for s in graph.streams.values() if s.device and s.device.type.name == "OperatorButton"]
+    used = [s for s in graph.streams.values() if s.device and s.device.type.is_button]
     return list(dict.fromkeys([*labels, *(str(s.settings["label"]) for s in used)]))
 
 

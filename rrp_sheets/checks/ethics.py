@@ -19,14 +19,13 @@ from rrp_sheets.texts import N_, listed, sentences, translate
 from rrp_sheets.workbook.schema import FIELDS
 
 SIMULATED, REAL = FIELDS["robotinsessions"].words
-BUTTON = "OperatorButton"
 _NOBODY = re.compile(r"\s*(?:nobody|no one|no participants?|none|なし|無し|いません|参加者なし|誰も)", re.IGNORECASE)
 _CHILDREN = re.compile(
     r"\b(?:child|children|child's|pupils?|kids?|boys?|girls?|toddlers?|minors?|teenagers?|adolescents?|infants?)\b"
     r"|子ども|子供|こども|児童|幼児|小学生|中学生|未成年|園児|児",
     re.IGNORECASE,
 )
-_YEAR = re.compile(r"(?<!\d)(?:19|20)\d\d(?!\d)")  # a version with a year has its date
+_YEAR = re.compile(r"(?<!\d)(?:19|20)\d\d(?:[01]\d[0-3]\d)?(?!\d)|令和\s*[\d元]")  # a version with a year has its date
 _BOTH_ARMS = frozenset(f"{side} arm" for side in ("left", "right"))  # parts of the robot, not texts
 Texts = tuple[str, str, str, str, str]
 """Risk, for whom, how likely, what reduces it, who ends the session when."""
@@ -123,7 +122,7 @@ class Study:
     @property
     def buttons(self) -> list[str]:
         """The labels of the operator's buttons that rows take in."""
-        mine = [s for s in self.sensed if s.device and s.device.type.name == BUTTON]
+        mine = [s for s in self.sensed if s.device and s.device.type.is_button]
         return [str(s.settings.get("label") or s.name) for s in mine]
 
     @property

@@ -188,7 +188,8 @@ def sensor_fact(stream: Stream, robot: Robot) -> Fact:
         example = min(max(_JOINT_EXAMPLE, joint.lower), joint.upper)
         return Fact(AbstractValue(NUMBER, low=joint.lower, high=joint.upper, unit=joint.unit), True, example, rate=rate)
     settings = stream.settings
-    said = {key(f.name): of_field(f) for f in kind.payload.fields if f.choices}  # also what the settings decide
+    # the fields with choices, then those that the settings decide
+    said = {key(f.name): of_field(f) for f in kind.payload.fields if f.choices}
     if settings.get("label"):
         said["label"] = exactly(settings["label"])
     if "zone" in settings:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from rrp_sheets.checks.check import Checked
 
 _ANOTHER = N_("Choose another name.")
-_BUTTON = "OperatorButton"
 
 
 @dataclass(frozen=True)
@@ -316,7 +315,7 @@ class _Stream:
 
     def _is_label(self) -> bool:
         """Return whether the name stands on a button: on one without a label of its own, and on no other."""
-        buttons = [d for d in self.workbook.devices if (f := self.robot.find(d.device.text)) and f.type.name == _BUTTON]
+        buttons = [d for d in self.workbook.devices if (f := self.robot.find(d.device.text)) and f.type.is_button]
         labels = {key(str(d.settings.get("label") or "")) for d in buttons}
         mine = [d for d in buttons if key(d.stream.text) == key(self.old) and self.giver is None]
         return any(not d.settings.get("label") for d in mine) and key(self.old) not in labels

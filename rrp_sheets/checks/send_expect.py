@@ -13,7 +13,6 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, compile_formula
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
-from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Cell
@@ -182,7 +181,7 @@ def _sent_fields(
             else:
                 tell_formula(report, "TEST007", cell, formula)
                 return None
-        given.append((name, japanese.standard_choice(record, name, value)))
+        given.append((name, record.standard(name, value) if record else value))
     return Sending(cell.text, fields=tuple(given))
 
 
@@ -312,7 +311,7 @@ def _other(cell: Cell, place: Place, report: Report) -> Expectation:
     expected = []
     for name, text in parts:
         one = _one(text, cell, place, report)
-        one = replace(one, value=japanese.standard_choice(place.record, name, one.value))
+        one = replace(one, value=place.record.standard(name, one.value)) if place.record else one
         expected.append((name, Expectation("any", text) if key(text) == "any" else one))
     return Expectation("fields", cell.text, fields=tuple(expected))
 

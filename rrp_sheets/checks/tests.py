@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -54,6 +54,10 @@ class Case:
         return sorted((r for r in self.rows if r.sending), key=lambda r: r.time_us)
 
 
+_RowsByStream = Mapping[str, Sequence[TestRow]]
+"""Rows of a test by the keys of the streams that they name."""
+
+
 @dataclass(frozen=True)
 class _Named:
     """A stream that a test names: one of the graph, or one that is not in it since no row uses it."""
@@ -89,11 +93,8 @@ class _Names:
         self.used = {i for b in self.graph.behaviours if b.key in self.running for s in b.steps if s.active
                      for i in (*s.inputs, s.output)}  # fmt: skip
 
-    def find(self, cell: Cell, report: Report, named: Mapping[str, Sequence[TestRow]]) -> _Named | None:
-        """Return the stream that a Stream cell names; None when it is refused, which is reported.
-
-        `named` are the rows of the test by the key of their stream.
-        """
+    def find(self, cell: Cell, report: Report, by_stream: _RowsByStream) -> _Named | None:
+        """Return the stream that a Stream cell names; None when it is refused, which is reported."""
         sheet, bang, name = cell.text.rpartition("!")
         sheet = sheet.strip().strip("'")
         k = f"{key(sheet)}!{key(name)}" if bang else key(name)
@@ -115,7 +116,7 @@ class _Names:
             otherwise = N_("Write a stream as in a behaviour or in Devices. If no row gives “{name}” any more, delete "
                            "the rows of the test that name it.", name=cell.text)  # fmt: skip
             details = {"name": cell.text, **meant(guess, otherwise)}
-            fixes = [*proposed("TEST002", cell.address, details), *_deleting(cell, named)]
+            fixes = [*proposed("TEST002", cell.address, details), *_row_deletions(cell, by_stream)]
             report.add("TEST002", cell.address, fixes=fixes, **details)
         return unused
 
@@ -139,16 +140,20 @@ class _Names:
         return names + [d.stream.text for d in self.workbook.devices if d.stream]
 
 
-def _deleting(cell: Cell, named: Mapping[str, Sequence[TestRow]]) -> Iterator[Fix]:
-    """Yield the fix, for the first of them, that deletes a test's rows with a stream; all if no other expects."""
-    mine = named[key(cell.text)]
-    if mine[0].stream is not cell:
-        return
+def _row_deletions(cell: Cell, by_stream: _RowsByStream) -> list[Fix]:
+    """Return the fix that deletes the rows of a test with the stream of a cell; empty if another row has it above.
+
+    It deletes all rows of the test if no other one expects anything.
+    """
+    rows = by_stream[key(cell.text)]
+    if rows[0].stream is not cell:
+        return []
     title = N_("Delete the rows of the test that name “{name}”", name=cell.text)
-    if not any(row.expect for k, rows in named.items() if k != key(cell.text) for row in rows):
-        mine, title = [row for rows in named.values() for row in rows], N_("Delete all rows of this test")
-    gone = sorted({row.stream.address.row for row in mine}, reverse=True)
-    yield Fix("delete-rows", title, tuple(Delete(cell.address.sheet, row) for row in gone))
+    every = [row for rows in by_stream.values() for row in rows]
+    if not any(row.expect for row in every if key(row.stream.text) != key(cell.text)):
+        rows, title = every, N_("Delete all rows of this test")
+    numbers = sorted((row.stream.address.row for row in rows), reverse=True)
+    return [Fix("delete-rows", title, tuple(Delete(cell.address.sheet, number) for number in numbers))]
 
 
 def quoted_sheet(name: str) -> str:
@@ -192,22 +197,22 @@ class _Reader:
 
     def case(self, sheet: TestSheet) -> Case:
         before = len(self.report)
-        named: dict[str, list[TestRow]] = {}
+        by_stream: dict[str, list[TestRow]] = {}
         for row in sheet.rows:
-            named.setdefault(key(row.stream.text), []).append(row)
-        rows = [found for row in sheet.rows if (found := self._row(row, named)) is not None]
+            by_stream.setdefault(key(row.stream.text), []).append(row)
+        rows = [found for row in sheet.rows if (found := self._row(row, by_stream)) is not None]
         if len(self.report) == before and not any(r.expectation for r in rows):
             self.report.add("TEST012", Address(sheet.name), name=sheet.name)
         return Case(sheet.name, tuple(rows))
 
-    def _row(self, row: TestRow, all_named: Mapping[str, Sequence[TestRow]]) -> CaseRow | None:
+    def _row(self, row: TestRow, by_stream: _RowsByStream) -> CaseRow | None:
         if not row.time or not row.stream:
             return None  # told by the reader
         time = parse_duration(row.time.text, bare="ms")
         if time is None or time > LONGEST_US:
             meant, longest = meant_duration(row.time.text) or "2 s", "24 h"
             self.report.add("TEST001", row.time.address, text=row.time.text, meant=meant, longest=longest)
-        named = self.names.find(row.stream, self.report, all_named)
+        named = self.names.find(row.stream, self.report, by_stream)
         if named is None:
             return None
         undriven = named.kind is StreamKind.ACTUATOR and named.id not in self.names.graph.streams

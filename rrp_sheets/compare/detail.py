@@ -19,7 +19,6 @@ from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Cell, TestRow
-from rrp_sheets.scene.scene_sheet import typed
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_name
 
@@ -269,7 +268,7 @@ def _scene(side: Side, rename: Callable[[str], str]) -> list[ListRow]:
 def _list_row(
     side: Side, sheet: str, row: int, meaning: Mapping[str, Hashable], cells: Mapping[str, Cell], time: float = 0.0
 ) -> ListRow:
-    return ListRow(sheet, row, meaning, {n: typed(c) for n, c in cells.items()}, side.remarks_of(sheet, row), time)
+    return ListRow(sheet, row, meaning, {n: c.typed for n, c in cells.items()}, side.remarks_of(sheet, row), time)
 
 
 def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:

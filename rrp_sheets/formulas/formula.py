@@ -106,8 +106,8 @@ def _check_characters(text: str) -> None:
                                  remedy=N_("Type the formula again."))  # fmt: skip
 
 
-def _number(scope: Scope) -> str:
-    """Return a number that a formula may name: an input, or a field of one; empty when there is none."""
+def _name_of_number(scope: Scope) -> str:
+    """Return the name of an input that is a number, or of a field that is one; empty when there is none."""
     for one in scope.inputs.values():
         field = next((f for f in one.record.fields if f.kind == "number"), None) if one.record else None
         if field or (one.record is None and one.kind in ("", "number")):
@@ -119,7 +119,9 @@ def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """Set the remedy where a stream's or table's name is spelt as in the sheet, with a space for instance."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
     if names and "example" in problem.details and problem.code in ("FORM001", "FORM018"):
-        problem.advise(instead_of_cell(names) if problem.code == "FORM018" else if_example(_number(scope) or names[0]))
+        problem.advise(
+            instead_of_cell(names) if problem.code == "FORM018" else if_example(_name_of_number(scope) or names[0])
+        )
     if problem.code not in ("FORM001", "FORM003"):
         return
     lower = text.casefold()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NoReturn
 
 from rrp_sheets.diagnostics.report import meant
@@ -20,7 +20,6 @@ from rrp_sheets.formulas.parsing import Join, Pick, Switch, unread
 from rrp_sheets.formulas.problems import KINDS, FormulaProblem, together
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.formulas.tables import Table
-from rrp_sheets.model import japanese
 from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.texts import N_
@@ -53,8 +52,8 @@ def resolve(tree: ast.expr, scope: Scope, typed: str, problems: Iterable[Formula
     if table is not None:
         raise FormulaProblem("FORM020", tree.col_offset, len(table.name), table=table.name)
     for what, text, node in texts_compared(resolved):
-        if isinstance(what, ast.Attribute):
-            node.value = japanese.standard_choice(resolver.record_of(what.value), what.attr, text)
+        if isinstance(what, ast.Attribute) and (record := resolver.record_of(what.value)):
+            node.value = record.standard(what.attr, text)
     return resolved
 
 
@@ -71,13 +70,10 @@ def texts_compared(tree: ast.AST) -> Iterator[tuple[ast.Name | ast.Attribute, st
         elif isinstance(node, Switch):
             pairs = [(node.value, case) for case in node.cases]
         for what, text in pairs:
-            fixed = text.value if isinstance(text, ast.Constant) else None
-            if (
-                isinstance(what, (ast.Name, ast.Attribute))
-                and isinstance(text, ast.Constant)
-                and isinstance(fixed, str)
-            ):
-                yield what, fixed, text
+            if not isinstance(what, (ast.Name, ast.Attribute)) or not isinstance(text, ast.Constant):
+                continue
+            if isinstance(text.value, str):
+                yield what, text.value, text
 
 
 class _Resolver:
@@ -163,13 +159,7 @@ class _Resolver:
 
     def _is_choice(self, k: str) -> bool:
         records = [i.record for i in self.scope.inputs.values() if i.record]
-        chosen = (
-            (c, *japanese.words_for(japanese.CHOICES.get(key(f.name), {}), c))
-            for r in records
-            for f in r.fields
-            for c in f.choices
-        )
-        return any(k == key(word) for words in chosen for word in words)
+        return any(k == key(word) for r in records for f in r.fields for word in (*f.choices, *f.aliases))
 
     def _propose(self, name: str) -> dict[str, Any]:
         """Return the details `remedy` and `guess` for a name that is not known."""
@@ -407,10 +397,11 @@ class _Resolver:
             return
         if key(field) in record.keys:
             return
-        fields: Sequence[str] = [f.name for f in record.fields]
+        fields = [f.name for f in record.fields]
         guess = nearest(field, [*fields, *record.aliases])
-        if japanese.LETTERS.search(field):
-            fields = japanese.japanese(japanese.FIELDS, fields)
+        if not field.isascii():  # in the words of who wrote it
+            own = {name: alias for alias, name in reversed(record.aliases.items()) if not alias.isascii()}
+            fields = [own.get(name, name) for name in fields]
         names = ", ".join(fields)
         column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1
         told = meant(guess, N_("It has {names}.", names=names))

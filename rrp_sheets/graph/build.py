@@ -165,11 +165,12 @@ class _Builder:
             self.report.add("CONN009", at)
         elif most is not None and count > most:
             allowed = N_("one input stream") if most == 1 else N_("{most} input streams", most=most)
-            remedy, fixes = _joining(row, connector)
+            needs_combining = _reads_several(row)
+            remedy, fixes = _combining(row) if needs_combining else _merging(row, connector)
             self.report.add(
                 "CONN004", at, fixes=fixes, connector=connector.name, most=allowed, count=count, remedy=remedy
             )
-            if fixes[0].id == "combine":  # its formula is no wrong period
+            if needs_combining:  # whose formula is not to be told as a wrong period
                 connector = self.connectors.get("combineLatest") or connector
         self.refused = self.refused or len(self.report) > before
         period = self._parameter(row, connector)
@@ -201,14 +202,21 @@ class _Builder:
         return None
 
 
-def _joining(row: Row, connector: Connector) -> tuple[str, list[Fix]]:
-    """Return what to do with too many inputs, and the fixes: combineLatest for a formula of several, else merge."""
-    cell, place, formula = row.inputs_cell, row.connector.address, row.formula.text
-    words = {key(word) for word in re.findall(r"\w+", formula)}
-    if sum(key(name.text) in words for name in row.inputs) > 1:
-        title = N_("Write {value}", value="combineLatest")
-        remedy = N_("Write combineLatest as the connector: its formula uses the latest value of each input.")
-        return remedy, [Fix("combine", title, (Put(place, "combineLatest"),))]
+def _reads_several(row: Row) -> bool:
+    """Return whether the formula of a row names more than one of its inputs."""
+    words = {key(word) for word in re.findall(r"\w+", row.formula.text)}
+    return sum(key(name.text) in words for name in row.inputs) > 1
+
+
+def _combining(row: Row) -> tuple[str, list[Fix]]:
+    """Return the remedy and the fix for too many inputs of a formula that reads several of them."""
+    fix = Fix("combine", N_("Write {value}", value="combineLatest"), (Put(row.connector.address, "combineLatest"),))
+    return N_("Write combineLatest as the connector: its formula uses the latest value of each input."), [fix]
+
+
+def _merging(row: Row, connector: Connector) -> tuple[str, list[Fix]]:
+    """Return the remedy and the fixes for other rows with too many inputs: merge above; for `sample` also one alone."""
+    cell, place = row.inputs_cell, row.connector.address
     above = Insert(place.sheet, place.row, ((cell.address.column, cell.text), (place.column, "merge")))
     merged = (above, Put(replace(cell.address, row=place.row + 1), ""))
     fixes = [Fix("merge", N_("Add a row with {connector} above", connector="merge"), merged)]

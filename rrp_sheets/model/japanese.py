@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.values import Field, RecordType, Value
+from rrp_sheets.model.values import Field
 
 DEVICES = {
     "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "ボール": "Ball",
@@ -140,12 +140,6 @@ def standard(words: Mapping[str, str], text: str) -> str:
     ('Red ball', 'Red ball')
     """
     return words.get(key(text), text)
-
-
-def standard_choice(record: RecordType | None, field: str, value: Value) -> Value:
-    """Return a value of a record's field by the robot's own word, where the field has only some values."""
-    found = record.field(field) if record and isinstance(value, str) else None
-    return standard(CHOICES.get(key(found.name), {}), value) if found and found.choices else value
 
 
 def standard_thing(text: str) -> str:

@@ -17,7 +17,8 @@ Value = Any
 class Field:
     """A field of a payload record: its name, kind (`number`, `text`, `truth`, `any`), unit, example and help.
 
-    A number lies between `lower` and `upper`; a text is one of the `choices`, if there are any. Two fields are equal
+    A number lies between `lower` and `upper`; a text is one of the `choices`, if there are any; `aliases`
+    are further words for such texts, Japanese ones, by key. Two fields are equal
     whatever their examples are: a touch is a touch, of a hand or of a foot.
     """
 
@@ -29,6 +30,7 @@ class Field:
     lower: float = field(default=-math.inf, compare=False)
     upper: float = field(default=math.inf, compare=False)
     choices: tuple[str, ...] = field(default=(), compare=False)
+    aliases: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,11 @@ class RecordType:
     def field(self, name: str) -> Field | None:
         """Return the field of that name in any spelling, or None."""
         return next((f for f in self.fields if key(f.name) == self.keys.get(key(name))), None)
+
+    def standard(self, name: str, value: Value) -> Value:
+        """Return the text that a further word for it means in a field; any other value as it is."""
+        found = self.field(name)
+        return found.aliases.get(key(value), value) if found and isinstance(value, str) else value
 
     def make(self, /, **values: Value) -> Record:
         """A record of this type from values by the fields' names; fields that are not given are blank.

@@ -240,6 +240,11 @@ class Cell:
     def __str__(self) -> str:
         return self.text
 
+    @property
+    def typed(self) -> str:
+        """The words that the user typed where the text has standard ones for them: `赤いボール` for `Red ball`."""
+        return self.text if self.original.isascii() else self.original.strip()
+
 
 _INVISIBLE = re.compile("[\u00ad\u200b-\u200f\u2060\ufeff]")
 _TRUE = """

@@ -17,7 +17,7 @@ MOVED = 0.02  # rad, or share of a hand's opening
 REPEATED = 0.5  # s: a command that comes sooner after the one before, from the same row, goes on with it
 _STILL = 0.3  # s without movement after which it has ended
 _MOST = 50_000  # of a run, as the help says
-_MOVES = 0.005  # between two poses: what goes on so is under way
+_MOVING = 0.005  # rad, or share of a hand's opening: a joint that changes by more between two poses is moving
 _LONGEST_LINE = 1 << 18  # bytes
 
 
@@ -33,7 +33,7 @@ class Movement:
     latest: float = 0.0  # when the command was repeated
     angles: dict[str, float] = field(default_factory=dict)  # from which movement is measured
     joints: frozenset[str] = frozenset()
-    under_way: frozenset[str] = frozenset()  # joints that moved when the command came
+    under_way: frozenset[str] = frozenset()  # joints that were moving when the command came
 
     def see(self, t: float, angles: Mapping[str, float], drives: Mapping[str, frozenset[str]]) -> bool:
         """Take in a pose; return whether later ones may still belong to the command."""
@@ -68,7 +68,7 @@ def movements(reader: TraceReader, robot: Robot | None) -> list[Movement]:
             running.append(coming)
             coming = next(waiting, None)
         now = {n: a for n, a in _named(pose, "joints").items() if _is_number(a)}
-        moved.update({n: t for n, a in now.items() if abs(a - angles.get(n, a)) > _MOVES})
+        moved.update({n: t for n, a in now.items() if abs(a - angles.get(n, a)) > _MOVING})
         angles.update(now)
         if "drives" in pose or pose.get("full") is True:
             named = _named(pose, "drives").items()

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import NamedTuple
 
 from rrp_sheets.formulas import FormulaProblem, read_formula
 from rrp_sheets.formulas.parsing import Join
@@ -70,6 +71,13 @@ class Phrase:
     text: str
     form: Form
     fixed: str = ""
+
+
+class TotalChange(NamedTuple):
+    """Change of a total by a value: `keep` it, `add` a number to it, `set` it, or raise it to `least` if it is less."""
+
+    does: str
+    value: str = ""
 
 
 class _NotSimple(Exception):
@@ -348,7 +356,7 @@ class Wording:
 
     # ---- totals
 
-    def total(self, formula: str, inputs: Sequence[str]) -> tuple[Phrase, ...]:
+    def total(self, formula: str, inputs: Sequence[str]) -> tuple[TotalChange, ...]:
         """Return what each of the inputs (by key) does to a total; nothing when the formula is no choice by input."""
         try:
             tree = _parse(formula)
@@ -382,18 +390,17 @@ class Wording:
             raise _NotSimple
         return name != arrived or content.blank
 
-    def _step(self, tree: ast.expr) -> Phrase:
-        """Return what a part of a total's formula adds (`fixed`), sets it to, or as `CODE` what it is at least."""
+    def _step(self, tree: ast.expr) -> TotalChange:
         called, args = _call(tree)
         if called == "max" and len(args) == 2 and isinstance(args[0], ast.Name) and key(args[0].id) == "total":
-            return Phrase(self._operand(args[1]), Form.CODE)
+            return TotalChange("least", self._operand(args[1]))
         if isinstance(tree, ast.Name) and key(tree.id) == "total":
-            return Phrase("", Form.FIXED)
+            return TotalChange("keep")
         if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add):
             added = _number_of(tree.right)
             if isinstance(tree.left, ast.Name) and key(tree.left.id) == "total" and added is not None:
-                return Phrase("", Form.FIXED, _number(added, ""))
-        return Phrase(self._operand(tree), Form.WORDS)
+                return TotalChange("add", _number(added, ""))
+        return TotalChange("set", self._operand(tree))
 
 
 def shown(formula: str) -> str:

@@ -40,8 +40,6 @@ from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.texts import capital, translate
 
-_TOTALS = {Form.WORDS: "set", Form.CODE: "least"}
-
 
 @dataclass(frozen=True)
 class RowText:
@@ -135,7 +133,7 @@ def _named_device(stream: Stream, words: Texts) -> str:
 
 
 def _is_button(stream: Stream) -> bool:
-    return stream.device is not None and stream.device.type.name == "OperatorButton"
+    return stream.device is not None and stream.device.type.is_button
 
 
 def _called(stream: Stream) -> str:
@@ -247,13 +245,15 @@ class Rows:
         if len(inputs) < 2 or not steps:
             return ""
         sentences = []
-        for phrase in dict.fromkeys(steps):
-            same = [self.noun(i) for i, one in zip(inputs, steps, strict=True) if one == phrase]
-            entry = _TOTALS.get(phrase.form) or ("add" if phrase.fixed else "keep")
+        for change in dict.fromkeys(steps):
+            same = self.texts.listed(
+                [self.noun(i) for i, one in zip(inputs, steps, strict=True) if one == change], "or"
+            )
             sentences.append(
-                self.texts.get(f"total.{entry}", inputs=self.texts.listed(same, "or"), output=values["output"],
-                               value=phrase.text, n=phrase.fixed)
-            )  # fmt: skip
+                self.texts.get(
+                    f"total.{change.does}", inputs=same, output=values["output"], value=change.value, n=change.value
+                )
+            )
         return self.texts.sentences([capital(said) for said in sentences])
 
     def prepares(self, step: Step, act: Step) -> bool:

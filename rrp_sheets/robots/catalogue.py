@@ -297,12 +297,18 @@ _PLAIN = ("title", "unit", "takes", "resources", "colour", "shows", "synonyms", 
 """Fields of a device that its entry has as they are."""
 
 
+def _field(entry: Mapping[str, Any]) -> Field:
+    choices = tuple(entry.get("choices", ()))
+    aliases = japanese.CHOICES.get(key(entry["name"]), {}) if choices else {}
+    return Field(**{**entry, "choices": choices, "aliases": aliases})
+
+
 def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str, tuple[str, ...]]]) -> DeviceType:
     """Read a device's entry; `uses` are tables of resources that it may name: of each joint, of each gesture."""
     settings = {key(s["name"]): _setting(s) for s in entry.get("settings", ())}
     payload = None
     if "fields" in entry:
-        fields = tuple(Field(**{**f, "choices": tuple(f.get("choices", ()))}) for f in entry["fields"])
+        fields = tuple(map(_field, entry["fields"]))
         name = entry.get("record", entry.get("title", entry["name"]))
         payload = RecordType(name, fields, {**entry.get("aliases", {}), **japanese.field_aliases(fields)})
     by = {
@@ -376,6 +382,11 @@ class DeviceType:
     title: str = ""  # its name for people
     # a small workbook with a test, in Markdown, for the device's help; its heading says what it shows
     example: str = ""
+
+    @property
+    def is_button(self) -> bool:
+        """True for a button that the operator presses."""
+        return self.name == "OperatorButton"
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
         """Return the resources that an actuator with these settings (by key) uses; two that share one conflict.

@@ -23,8 +23,12 @@ MARGIN = 0.98  # of a joint's top velocity
 ROUNDS = 60  # of lengthening what would be too fast; each brings it nearer
 LOOKS = 8  # at the head's yaw between two keyframes
 STILL = 1e-4  # rad: as good as there
+QUICKEST = 0.5  # s, of each part of the way to a posture
+CALM = 4.0  # rad/s at full speed: no joint is faster on the way to a posture
 COUPLED = {"LHipYawPitch": "RHipYawPitch", "RHipYawPitch": "LHipYawPitch"}
 """One motor moves both."""
+BodyPose = tuple[Mapping[str, float], float]
+"""Angles of the joints (rad), and how far the torso leans forward (rad)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,10 +253,6 @@ class Planner:
                 for i in range(first, last):
                     longer[i] = max(longer[i], ratio)
         return longer
-
-
-QUICKEST = 0.5  # s, of each part of the way to a posture
-CALM = 4.0  # rad/s at full speed: no joint is faster on the way to a posture
 
 
 def posture_frames(robot: Robot, now: str, goal: str) -> list[Keyframe]:

@@ -62,11 +62,6 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
     )
 
 
-def typed(cell: Cell) -> str:
-    """Return the words of a cell as they were typed, if they were Japanese."""
-    return cell.text if cell.original.isascii() else cell.original.strip()
-
-
 def _check_time(time: Cell, report: Report) -> None:
     duration = meant_duration(time.text, "s")
     remedy: str = N_("Write seconds from the start of the run, for example {value}.", value=duration or "2.5")
@@ -84,7 +79,7 @@ def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Rep
         example = verb.example
         written = N_("Write it like this: {example}.", example=N_(example, msgctxt="scene"))
         remedy = written if example else N_("Leave the cell blank.")
-        report.add("SCENE004", row.value.address, text=typed(row.value) or N_("blank"), does=typed(row.does),
+        report.add("SCENE004", row.value.address, text=row.value.typed or N_("blank"), does=row.does.typed,
                    remedy=sentences(*error.args, remedy))  # fmt: skip
         return None
 
@@ -119,7 +114,7 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | No
     if not text:
         report.add("SCENE012", thing.address)
     else:
-        report.add("SCENE002", thing.address, text=typed(thing), **meant(near, _ANY, quoted=True))
+        report.add("SCENE002", thing.address, text=thing.typed, **meant(near, _ANY, quoted=True))
     return None
 
 
@@ -135,7 +130,7 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     near = nearest(said, [*robot.touch_zones, *japanese.words_for(japanese.ZONES, *robot.touch_zones)])
     names = listed([N_(zone, msgctxt="value") for zone in robot.touch_zones])
     otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=names)
-    report.add("SCENE004", value.address, text=typed(value), does=typed(does), **meant(near, otherwise, quoted=True))
+    report.add("SCENE004", value.address, text=value.typed, does=does.typed, **meant(near, otherwise, quoted=True))
     return False
 
 
@@ -152,7 +147,7 @@ def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
         names = listed([N_(v.name, msgctxt="scene") for v in kind.verbs])
         otherwise = N_("It can do this: {names}.", names=names)
         remedy = meant(near, otherwise, quoted=True)
-        report.add("SCENE003", does.address, text=typed(does) or N_("blank"), kind=kind.name, **remedy)
+        report.add("SCENE003", does.address, text=does.typed or N_("blank"), kind=kind.name, **remedy)
     return verb
 
 

@@ -18,10 +18,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
 from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
-from rrp_sheets.render.pack.movements import BodyPose
 from rrp_sheets.render.pack.participants import ParticipantSheet, make_sheet, set_sheet
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.robots import Robot
+from rrp_sheets.robots.trajectory import BodyPose
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.case_output import failure_lines
 from rrp_sheets.texts import N_, translate

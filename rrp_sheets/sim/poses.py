@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -11,6 +11,7 @@ import numpy as np
 
 from rrp_sheets.perception.pinhole import Lens, Pose
 from rrp_sheets.robots import Robot
+from rrp_sheets.robots.trajectory import BodyPose
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.camera import FAR, NEAR, viewpoint
 from rrp_sheets.sim.world import quiet
@@ -23,13 +24,11 @@ _STANDING = ((-0.1, -0.25, 0.0), (0.2, 0.25, 0.66))  # m: the least room that a 
 _TONES = ((0, 90), (90, 170), (170, 256))  # greys that are told apart within a part of the robot
 _LEAST = 10  # square pixels: what is smaller is left out
 _OFF = 0.7  # pixels that an outline may be off
-BodyPose = tuple[Mapping[str, float], float]
-"""Angles of the joints (rad), and how far the torso leans forward (rad)."""
 
 
 def draw_poses(robot: Robot, strips: Sequence[Sequence[BodyPose]]) -> list[list[str]]:
     """Return the drawings of each strip as SVG texts: at one scale, with the robot's lowest part at one height."""
-    with quiet(), quiet(2):  # where it says when it was built
+    with quiet(), quiet(2):  # PyBullet prints when it was built
         import pybullet
         from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
 
@@ -43,11 +42,14 @@ def draw_poses(robot: Robot, strips: Sequence[Sequence[BodyPose]]) -> list[list[
         (x, y, z), (to_x, to_y, to_z) = room.min(axis=0), room.max(axis=0)
         corners = np.array([(a, b, c) for a in (x, to_x) for b in (y, to_y) for c in (z, to_z)])
         _, camera = viewpoint(corners, _FROM, lens)
+        drawn = []
         for pose in strip:
-            if (name := f"{sorted(pose[0].items())} {pose[1]} {corners.tolist()}") not in made:
+            name = f"{sorted(pose[0].items())} {pose[1]} {corners.tolist()}"
+            if name not in made:
                 _take(bullet, body, pose)
                 made[name] = _drawn(bullet, lens, camera)
-        drawings.append([made[f"{sorted(pose[0].items())} {pose[1]} {corners.tolist()}"] for pose in strip])
+            drawn.append(made[name])
+        drawings.append(drawn)
     return drawings
 
 

@@ -403,9 +403,8 @@ class Voice:
         language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
         library = self._speech.library(command.stream, command.row)
         if library is None:
-            letters = len(spoken(text, japanese=is_japanese(language))) * (
-                1 + is_japanese(language)
-            )  # kana last longer
+            japanese = is_japanese(language)
+            letters = len(spoken(text, japanese=japanese)) * (2 if japanese else 1)  # a kana lasts longer than a letter
             self._begin(self._now, us, letters / GUESSED_WORD_LENGTH / speed * 60)
             return
         if not library.voice(language):

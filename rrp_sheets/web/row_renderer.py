@@ -101,12 +101,15 @@ class RowRenderer:
         A long sheet is requested in parts, so that its beginning is shown at once.
         """
         numbers = islice(self.grid.numbers().items(), first, first + count)
-        made = [self._render(row, number, language) for row, number in numbers]
+        made = []
+        for row, number in numbers:
+            self._signatures.setdefault(row, self._signature(row, number))
+            made.append(self._render(row, number, language))
         bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
         return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
 
     def changed(self, languages: Collection[str] = ("en",)) -> list[tuple[str, Versions]]:
-        """Render the rows that have changed since they were last rendered; rows never rendered are left out."""
+        """Render the rows that have changed since all pages were told of them; rows never rendered are left out."""
         return [
             (row, self._versions(row, number, languages)) for row, number in self.grid.numbers().items()
             if row in self._signatures and self._signatures[row] != self._signature(row, number)
@@ -118,6 +121,7 @@ class RowRenderer:
         return {row: self._versions(row, numbers[row], languages) for row in rows if row in numbers}
 
     def _versions(self, row: str, number: int, languages: Collection[str]) -> Versions:
+        self._signatures[row] = self._signature(row, number)
         return Versions(languages, lambda language: self._render(row, number, language))
 
     def _signature(self, row: str, number: int) -> Signature:
@@ -131,7 +135,6 @@ class RowRenderer:
         return tuple(texts.items()), names, problems, example, is_anonymous, locked, self._verdicts.get(row), marks
 
     def _render(self, row: str, number: int, language: str) -> str:
-        self._signatures[row] = self._signature(row, number)
         texts = self.grid.texts.get(row, {})
         problems = self._problems.get(number, [])
         known = {c.number for c in self.grid.columns}

@@ -167,15 +167,16 @@ def _tell_never_equal(
     of_field: bool = False,
 ) -> None:  # fmt: skip
     own = (japanese.standard(words, text) for words in japanese.CHOICES.values())
+    words = japanese.CHOICES.get(key(japanese.standard(japanese.FIELDS, name)), {})
+    typed = next((word for word in japanese.words_for(words, text) if word in cell.text), text)
     guess = can[0] if why else next((one for one in own if one in can), None) or nearest(text, can)
     remedy = meant(guess, N_("Compare it with the values that its input can have."), quoted=True)["remedy"]
-    if of_field and japanese.LETTERS.search(text):  # of a field it takes the Japanese words, too
-        words = (own for own in japanese.CHOICES.values() if {*can} <= {*own.values()})
-        can = japanese.japanese(next(words, {}), can)
+    if of_field and not typed.isascii():  # a field is compared with its Japanese words, too
+        can = japanese.japanese(words, can)
     values = _listed([N_("“{text}”", text=one) for one in can], "or")
     why = why or N_("“{name}” can only be {values}, so this never matches", name=name, values=values)
-    what = NEVER_PASSES if dead else N_("“{text}” never occurs", text=text)
-    fixes = _corrected(cell, text, guess) if guess else ()
+    what = NEVER_PASSES if dead else N_("“{text}” never occurs", text=typed)
+    fixes = _corrected(cell, typed, guess) if guess else ()
     context.report.add("LINT005", cell.address, what=what, why=why, remedy=remedy, fixes=fixes)
 
 

@@ -11,18 +11,16 @@ from rrp_sheets.render.pack.source import Driver, Source
 from rrp_sheets.render.style import clean
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
-from rrp_sheets.robots.trajectory import CALM, JointPlan, Planner, posture_frames
+from rrp_sheets.robots.trajectory import CALM, BodyPose, JointPlan, Planner, posture_frames
 from rrp_sheets.texts import N_, capital, translate
 
-BodyPose = tuple[Mapping[str, float], float]
-"""Angles of the joints (rad), and how far the torso leans forward (rad)."""
 Draw = Callable[[Robot, Sequence[Sequence[BodyPose]]], Sequence[Sequence[str]]]
 """Draws poses of a robot, strip by strip, as SVG texts."""
 MOST = 40  # movements
-_UNLIKE = 0.8  # rad: by so much the joints of two drawn poses differ together
-_LEAST = 5  # degrees: smaller turns are left out
+_UNLIKE = 0.8  # rad: a third pose is drawn if it differs from the others by more, in the sum of all joints
+_LEAST = 5  # degrees: movements of a part by less are left out
 _UPRIGHT = 0.5  # rad: a robot that would lean further does not stand on its soles
-_A_SECOND = 20  # moments at which a movement is looked at
+_SAMPLES = 20  # per second: poses in which a movement is measured
 
 
 def movements(source: Source, pictures: dict[str, str], draw: Draw | None) -> tuple[DrawnMovement, ...]:
@@ -83,8 +81,11 @@ def _number(value: object) -> float | None:
     return float(value) if isinstance(value, (int, float)) and value else None
 
 
-def _key_poses(plan: JointPlan, start: Mapping[str, float], lean: float, ends: bool) -> list[BodyPose]:
-    """Return two or three poses: the first, the one farthest from it (the last, if it `ends` there), and another."""
+def _key_poses(plan: JointPlan, start: Mapping[str, float], lean: float, stays: bool) -> list[BodyPose]:
+    """Return two or three poses in order: the start, the pose farthest from it, and one that is unlike both.
+
+    If the robot `stays` in the last pose, that one takes the place of the farthest.
+    """
     frames = _poses(plan, start, plan.times)
 
     def apart(one: Mapping[str, float], other: Mapping[str, float]) -> float:
@@ -92,7 +93,7 @@ def _key_poses(plan: JointPlan, start: Mapping[str, float], lean: float, ends: b
 
     chosen: list[Mapping[str, float]] = [start]
     if frames:
-        chosen.append(frames[-1] if ends else max(frames, key=lambda frame: apart(frame, start)))
+        chosen.append(frames[-1] if stays else max(frames, key=lambda frame: apart(frame, start)))
         other = max(frames, key=lambda frame: min(apart(frame, one) for one in chosen))
         if min(apart(other, one) for one in chosen) > _UNLIKE:
             chosen.insert(1 + (frames.index(other) > frames.index(chosen[1])), other)
@@ -105,18 +106,18 @@ def _poses(plan: JointPlan, start: Mapping[str, float], times: Sequence[float]) 
 
 
 def _lean(joints: Mapping[str, float]) -> float:
-    """Return how far the torso leans forward when the soles lie on the floor; 0 for who does not stand on them."""
+    """Return how far the torso leans forward (rad) with the soles flat on the floor; 0 if it cannot stand like that."""
     lean = -math.fsum(joints.get(f"L{joint}Pitch", 0.0) for joint in ("Hip", "Knee", "Ankle"))
     return lean if abs(lean) <= _UPRIGHT else 0.0
 
 
 def _described(source: Source, plan: JointPlan, start: Mapping[str, float], help_text: str) -> str:
-    get, moments = source.get, max(1, math.ceil(plan.length * _A_SECOND))
+    get, moments = source.get, max(1, math.ceil(plan.length * _SAMPLES))
     poses = _poses(plan, start, [plan.length * k / moments for k in range(moments + 1)])
     degrees = dict[str, int]()
-    for entry, how_far in _MEASURES.items():
-        most = round(math.degrees(max(map(how_far, poses))))
-        if most - math.degrees(how_far(start)) >= _LEAST:
+    for entry, angle_in in _ANGLES.items():
+        most = round(math.degrees(max(map(angle_in, poses))))
+        if most - math.degrees(angle_in(start)) >= _LEAST:
             degrees[entry] = most
     for part in ("arm", "elbow"):
         if degrees.get(f"left_{part}", -1) == degrees.get(f"right_{part}"):
@@ -132,7 +133,7 @@ def _described(source: Source, plan: JointPlan, start: Mapping[str, float], help
 
 
 def _raised(side: str) -> Callable[[Mapping[str, float]], float]:
-    """Return the measure of an upper arm's angle: 0 when it hangs down, a right angle when it is level."""
+    """Return the function that gives an upper arm's angle in a pose: 0 hanging down, a right angle when level."""
 
     def angle(joints: Mapping[str, float]) -> float:
         pitch, roll = joints.get(f"{side}ShoulderPitch", math.pi / 2), joints.get(f"{side}ShoulderRoll", 0.0)
@@ -145,11 +146,11 @@ def _of(joint: str, sign: float) -> Callable[[Mapping[str, float]], float]:
     return lambda joints: sign * joints.get(joint, 0.0)
 
 
-_MEASURES: Mapping[str, Callable[[Mapping[str, float]], float]] = {
+_ANGLES: Mapping[str, Callable[[Mapping[str, float]], float]] = {
     "turn_left": _of("HeadYaw", 1), "turn_right": _of("HeadYaw", -1),
     "down": _of("HeadPitch", 1), "up": _of("HeadPitch", -1),
     "left_arm": _raised("L"), "right_arm": _raised("R"),
     "left_elbow": _of("LElbowRoll", -1), "right_elbow": _of("RElbowRoll", 1),
     "forward": _lean, "back": lambda joints: -_lean(joints), "knees": _of("LKneePitch", 1),
 }  # fmt: skip
-"""How far a movement goes, as people can judge it, by the entry of its words: the largest value is told (rad)."""
+"""Angle (rad) of a part of the body in a pose, by the entry of the text that says its largest value in a movement."""

@@ -23,8 +23,6 @@ from rrp_sheets.render.texts import Texts
 from rrp_sheets.robots import DeviceType
 from rrp_sheets.workbook import Reading
 
-BUTTON = "OperatorButton"
-
 
 @dataclass(frozen=True)
 class Driver:
@@ -114,7 +112,7 @@ class Source:
     def is_button(self, stream: str) -> bool:
         """Return whether a sensor stream is a button of the operator."""
         device = self.checked.graph.streams[stream].device
-        return device is not None and device.type.name == BUTTON
+        return device is not None and device.type.is_button
 
     @cached_property
     def buttons(self) -> list[str]:

@@ -45,7 +45,6 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences, translate
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.completions import missing_columns
 from rrp_sheets.web.diagram_parts import AROUND, part_of, parts
 from rrp_sheets.web.first_rows import FirstRow, first_row
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, error_text, script_json, show
@@ -419,8 +418,9 @@ def _add_column(session: WorkbookSession, document: Document, author: str, given
     if key(name) in setting_columns(grid):
         raise Refused(N_("The sheet has this column already."), N_("Reload the page."))
     if grid.kind != "table":
-        offered = missing_columns(session.analysis(), grid, language_of_sheets(grids.values()))
-        if (name := next((one["text"] for one in offered if key(one["name"]) == key(name)), "")) == "":
+        offered = completions.missing_columns(session.analysis(), grid, language_of_sheets(grids.values()))
+        name = next((one["text"] for one in offered if key(one["name"]) == key(name)), "")
+        if not name:
             raise BadRequest
     step = PutHeader(grid.name, grid.free, name, "")
     return replace(document.together(author, [step]), cursor=(text_of(given, "row"), step.column))
@@ -626,7 +626,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     fix = next((f for f in finding.fixes if f.id == asked.get("fix")), None) if finding else None
     if fix is None:
         raise Refused(_OLD, _LOOK)
-    sheets = {e.sheet if isinstance(e, Insert | Delete) else e.address.sheet for e in fix.edits}
+    sheets = {_place_of(one)[0] for one in fix.edits}
     missing = sorted(name for name in sheets if name not in document.grids)
     if missing:
         message = N_("There is no sheet “{sheet}” that this fix could change.", sheet=missing[0])
@@ -645,33 +645,35 @@ def _steps(
     """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in edits:
-        grid = grids[one.sheet if isinstance(one, Insert | Delete) else one.address.sheet]
-        rows = order.setdefault(grid.name, list(grid.rows))
+        sheet, number = _place_of(one)
+        grid = grids[sheet]
+        rows, place = order.setdefault(sheet, list(grid.rows)), number - grid.first
+        if place == -1 and isinstance(one, Put) and one.text:
+            yield PutHeader(sheet, one.address.column, one.text, "")
+            continue
+        if not 0 <= place < len(rows) + isinstance(one, Insert):
+            raise Refused(_OLD, _LOOK)
         if isinstance(one, Insert):
-            place = one.before - grid.first
-            if not 0 <= place <= len(rows):
-                raise Refused(_OLD, _LOOK)
             row = grid.new_id()
-            yield AddRows(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
+            yield AddRows(sheet, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
             rows.insert(place, row)
             continue
-        place = (one.row if isinstance(one, Delete) else one.address.row) - grid.first
-        if isinstance(one, Delete) and 0 <= place < len(rows):
-            yield RemoveRows(grid.name, (rows.pop(place),))
-            continue
         if isinstance(one, Delete):
-            raise Refused(_OLD, _LOOK)
-        if place == -1 and isinstance(one, Put) and one.text:
-            yield PutHeader(grid.name, one.address.column, one.text, "")
+            yield RemoveRows(sheet, (rows.pop(place),))
             continue
-        if not 0 <= place < len(rows):
-            raise Refused(_OLD, _LOOK)
         now = grid.text(rows[place], one.address.column)
         if isinstance(one, Put) and one.was not in (None, now):
             raise Refused(_OLD, _LOOK)
         text = one.text if isinstance(one, Put) else replaced(now, one)
         if text != now:
-            yield PutTexts(grid.name, (CellText(rows[place], one.address.column, text, now),))
+            yield PutTexts(sheet, (CellText(rows[place], one.address.column, text, now),))
+
+
+def _place_of(one: FixEdit) -> tuple[str, int]:
+    """Return the sheet of an edit and the number of its row; of an insertion that of the row after it."""
+    if isinstance(one, Insert):
+        return one.sheet, one.before
+    return (one.sheet, one.row) if isinstance(one, Delete) else (one.address.sheet, one.address.row)
 
 
 @cache
