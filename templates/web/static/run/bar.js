@@ -127,7 +127,7 @@ export function bar(root) {
 
   function startReason(going) {
     if (going) return t("A run is in progress.");
-    if (elsewhere.phase !== "none") return t("{by} is running {book}. There is one robot, so one run at a time.", elsewhere);
+    if (elsewhere.phase !== "none") return t("{by} is running {book}. There is one robot, so one run at a time.", { ...elsewhere, by: shownName(elsewhere.by) });
     if (errors) return errorsLeft();
     return "";
   }
