@@ -34,7 +34,7 @@ export class Spoken {
     this.soon = setTimeout(() => {
       const before = this.first ? `${this.first}. ` : "";
       this.first = "";
-      this.say(before + this.told());
+      this.say(sentences(parts));
     }, CURSOR_RESTS_MS);
   }
 
@@ -43,7 +43,7 @@ export class Spoken {
     if (!cell) return "";
     const { table } = this.grid;
     const k = table.column(cell);
-    const parts = [`${table.address(cell)} ${table.name(k)}: ${content(cell)}`];
+    const parts = [t("{cell} {column}: {text}", { cell: table.address(cell), column: table.name(k), text: content(cell) })];
     if (cell.ariaReadOnly === "true") parts.push(t("cannot be filled in here"));
     if (!cell.parentElement.classList.contains("unfinished")) {
       for (const mend of cell.querySelectorAll(".mend:not(.is-info)")) parts.push(words(mend));
@@ -56,7 +56,7 @@ export class Spoken {
     if (tag) parts.push(tag.textContent);
     const count = this.grid.selection.painted.length;
     if (count > 1) parts.push(tn("{n} cell selected", "{n} cells selected", { n: count }));
-    return parts.join(". ");
+    return sentences(parts);
   }
 
   came(rows) {
@@ -122,6 +122,11 @@ export class Spoken {
   renumbered() {
     this.name(this.grid.table.rows);
   }
+}
+
+/** Texts one after the other, each with a full stop but the last. */
+function sentences(parts) {
+  return parts.filter(Boolean).reduce((before, after) => (before ? t("{before}. {after}", { before: before.replace(/[.。]$/, ""), after }) : after), "");
 }
 
 function content(cell) {
