@@ -8,7 +8,7 @@ const CURSOR_RESTS_MS = 150; // when the cursor runs, only the cell where it sto
 const MOST_NAMED = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
 const SHOWN_MS = { told: 5_000, warning: 15_000, error: Infinity }; // of a message in the status line, besides the time to read
 const LETTER_MS = 50; // to read a letter
-const ERROR_STAYS_MS = 5_000; // whatever is done
+const ERROR_STAYS_MS = 5_000; // after an edit
 
 export class Spoken {
   constructor(grid, page) {
@@ -32,7 +32,7 @@ export class Spoken {
     clearTimeout(this.soon);
     this.first = first || this.first;
     this.soon = setTimeout(() => {
-      const before = this.first ? `${this.first}. ` : "";
+      const parts = [this.first, this.told()];
       this.first = "";
       this.say(sentences(parts));
     }, CURSOR_RESTS_MS);
@@ -148,7 +148,7 @@ function words(mend) {
 }
 
 // The status line below the sheet. A message goes by itself after a time that suffices to read it; a warning stays longer,
-// and an error, or one with buttons, until something else is done or it is closed. None goes while the pointer or the focus is on it, or while
+// and an error, or one with buttons, until an edit is made or it is closed. None goes while the pointer or the focus is on it, or while
 // the page is out of sight.
 
 const line = document.getElementById("status");
@@ -177,7 +177,7 @@ export function over(text) {
   if (line && text && line.textContent === text) clear();
 }
 
-/** An edit is made: an error, or a message with buttons, has been seen by then, or soon. */
+/** An edit was made: let an error, or a message with buttons, go soon. */
 export function done() {
   if (!line?.textContent || left !== Infinity) return;
   left = ERROR_STAYS_MS;

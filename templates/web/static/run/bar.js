@@ -151,7 +151,7 @@ export function bar(root) {
     } else if (unused) {
       put(notUsed, t("Still running the old rows. {why}", { why: restart }));
       const parts = errors ? [notUsed] : [notUsed, again];
-      if (notice.lastChild !== parts.at(-1)) notice.replaceChildren(...parts); // else it is told anew, and a press of the button goes on
+      if (notice.lastChild !== parts.at(-1)) notice.replaceChildren(...parts); // else a screen reader would read it again, and a press of the button would be lost
     }
   }
 
