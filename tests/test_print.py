@@ -356,7 +356,7 @@ def test_one_of_several_buttons_is_enough_and_a_face_is_followed(tmp_path):
     ("condition", "language", "acts"),
     [
         ("touch.pressed", "en", "on these occasions: somebody touches the robot. It may"),
-        ("touch.pressed", "ja", "次の場合に動作します：誰かがロボットに触れるとき。"),
+        ("touch.pressed", "ja", "次の場合に動作します：だれかがロボットに触れるとき。"),
         ('touch.zone = "Head"', "en", "on these occasions: somebody touches the robot or lets go. It may"),
     ],
 )
