@@ -96,6 +96,8 @@ def test_a_session_is_in_japanese_from_the_workbook_to_the_recording(reader: Gri
         reader.go(f"{letter}7")
         reader.press("Delete")
     reader.saved()
+    reader.go("F6")
+    eventually(lambda: page.inner_text("#spoken") == "F6 Notes：空")
     expect(page.locator("[data-run=start]")).not_to_have_attribute("aria-disabled", "true")
     run_and_stop(page, url)
     page.goto(f"{url}/runs")

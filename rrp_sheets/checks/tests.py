@@ -113,8 +113,8 @@ class _Names:
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
-            otherwise = N_("Write a stream as in a behaviour or in Devices. If no row gives “{name}” any more, delete "
-                           "the rows of the test that name it.", name=cell.text)  # fmt: skip
+            otherwise = N_("Write the stream as it is called in a behaviour or in Devices. If no row gives “{name}” "
+                           "any more, delete the rows of the test that name it.", name=cell.text)  # fmt: skip
             details = {"name": cell.text, **meant(guess, otherwise)}
             fixes = [*proposed("TEST002", cell.address, details), *_row_deletions(cell, by_stream)]
             report.add("TEST002", cell.address, fixes=fixes, **details)

@@ -400,7 +400,7 @@ class _Resolver:
         fields = [f.name for f in record.fields]
         guess = nearest(field, [*fields, *record.aliases])
         if not field.isascii():  # in the words of who wrote it
-            own = {name: alias for alias, name in reversed(record.aliases.items()) if not alias.isascii()}
+            own = {name: alias for alias, name in [*record.aliases.items()][::-1] if not alias.isascii()}
             fields = [own.get(name, name) for name in fields]
         names = ", ".join(fields)
         column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1

@@ -192,10 +192,9 @@ def page_of(topic: str, language: str) -> Iterator[Block]:
 
 def _columns(kind: SheetKind, language: str) -> str:
     """Return the columns of a kind of sheet; notes, which all sheets may have, are named beside other optional ones."""
-    required, optional = (
-        translate(listed([c.header(language) for c in columns]), language) for columns in (kind.required, kind.optional)
-    )
-    return f"{required}; {optional}" if len(kind.optional) > 1 else required
+    required, optional = (listed([c.header(language) for c in columns]) for columns in (kind.required, kind.optional))
+    both = N_("{before}; {after}", before=required, after=optional)
+    return translate(both if len(kind.optional) > 1 else required, language)
 
 
 def _named(name: str, language: str) -> Iterator[Iterator[Block]]:

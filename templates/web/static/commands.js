@@ -80,7 +80,7 @@ export const COMMANDS = [
   { at: "page", keys: ["Ctrl+z"], when: elsewhere, run: (grid) => grid.undo() },
   { at: "page", keys: ["Ctrl+y", "Ctrl+Shift+z"], when: elsewhere, run: (grid) => grid.redo() },
   { told: "Ctrl + S", help: "is not needed: everything that you enter is saved at once",
-    at: "page", keys: ["Ctrl+s"], run: (grid) => (grid.editor.close(true, null), grid.say(t("Everything that you enter is saved at once."))) },
+    at: "page", keys: ["Ctrl+s"], run: enterNow },
 
   { section: "Copying", told: "Ctrl + C, X, V", help: "copies, cuts, pastes, also from and to Excel and LibreOffice" }, // the browser's own: clipboard.js
   { name: "cut", label: t("Cut"), keys: ["Ctrl+x"], run: ({ clipboard }) => clipboard.cut() },
@@ -138,6 +138,11 @@ export const COMMANDS = [
 
 function noDialog() {
   return !document.querySelector("dialog[open]");
+}
+
+function enterNow(grid) {
+  grid.editor.close(true, null);
+  grid.say(t("Everything that you enter is saved at once."));
 }
 
 // a field has its own undo, a cell the entries above

@@ -103,7 +103,7 @@ if (grid) {
   grid.people = people(grid, listen);
   grid.help = help(grid);
   rowWords(grid);
-  document.addEventListener("keydown", (event) => event.defaultPrevented || press("page", event, grid)); // else a cell, say, has taken it
+  document.addEventListener("keydown", (event) => event.defaultPrevented || press("page", event, grid)); // not a key that a cell, for example, has taken
   splitter();
   sheetTabs(grid, listen);
   renewed(grid, listen);

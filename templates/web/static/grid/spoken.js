@@ -8,7 +8,7 @@ const CURSOR_RESTS_MS = 150; // when the cursor runs, only the cell where it sto
 const MOST_NAMED = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
 const SHOWN_MS = { told: 5_000, warning: 15_000, error: Infinity }; // of a message in the status line, besides the time to read
 const LETTER_MS = 50; // to read a letter
-const ERROR_STAYS_MS = 5_000; // whatever is done
+const ERROR_STAYS_MS = 5_000; // after an edit
 
 export class Spoken {
   constructor(grid, page) {
@@ -32,9 +32,9 @@ export class Spoken {
     clearTimeout(this.soon);
     this.first = first || this.first;
     this.soon = setTimeout(() => {
-      const before = this.first ? `${this.first}. ` : "";
+      const parts = [this.first, this.told()];
       this.first = "";
-      this.say(before + this.told());
+      this.say(sentences(parts));
     }, CURSOR_RESTS_MS);
   }
 
@@ -43,7 +43,7 @@ export class Spoken {
     if (!cell) return "";
     const { table } = this.grid;
     const k = table.column(cell);
-    const parts = [`${table.address(cell)} ${table.name(k)}: ${content(cell)}`];
+    const parts = [t("{cell} {column}: {text}", { cell: table.address(cell), column: table.name(k), text: content(cell) })];
     if (cell.ariaReadOnly === "true") parts.push(t("cannot be filled in here"));
     if (!cell.parentElement.classList.contains("unfinished")) {
       for (const mend of cell.querySelectorAll(".mend:not(.is-info)")) parts.push(words(mend));
@@ -56,7 +56,7 @@ export class Spoken {
     if (tag) parts.push(tag.textContent);
     const count = this.grid.selection.painted.length;
     if (count > 1) parts.push(tn("{n} cell selected", "{n} cells selected", { n: count }));
-    return parts.join(". ");
+    return sentences(parts);
   }
 
   came(rows) {
@@ -124,6 +124,11 @@ export class Spoken {
   }
 }
 
+/** Texts one after the other, each with a full stop but the last. */
+function sentences(parts) {
+  return parts.filter(Boolean).reduce((before, after) => (before ? t("{before}. {after}", { before: before.replace(/[.。]$/, ""), after }) : after), "");
+}
+
 function content(cell) {
   const box = cell.querySelector("input[type=checkbox]");
   if (box) return box.checked ? t("ticked") : t("not ticked");
@@ -143,7 +148,7 @@ function words(mend) {
 }
 
 // The status line below the sheet. A message goes by itself after a time that suffices to read it; a warning stays longer,
-// and an error, or one with buttons, until something else is done or it is closed. None goes while the pointer or the focus is on it, or while
+// and an error, or one with buttons, until an edit is made or it is closed. None goes while the pointer or the focus is on it, or while
 // the page is out of sight.
 
 const line = document.getElementById("status");
@@ -172,7 +177,7 @@ export function over(text) {
   if (line && text && line.textContent === text) clear();
 }
 
-/** An edit is made: an error, or a message with buttons, has been seen by then, or soon. */
+/** An edit was made: let an error, or a message with buttons, go soon. */
 export function done() {
   if (!line?.textContent || left !== Infinity) return;
   left = ERROR_STAYS_MS;

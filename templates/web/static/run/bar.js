@@ -127,7 +127,7 @@ export function bar(root) {
 
   function startReason(going) {
     if (going) return t("A run is in progress.");
-    if (elsewhere.phase !== "none") return t("{by} is running {book}. There is one robot, so one run at a time.", elsewhere);
+    if (elsewhere.phase !== "none") return t("{by} is running {book}. There is one robot, so one run at a time.", { ...elsewhere, by: shownName(elsewhere.by) });
     if (errors) return errorsLeft();
     return "";
   }
@@ -151,7 +151,7 @@ export function bar(root) {
     } else if (unused) {
       put(notUsed, t("Still running the old rows. {why}", { why: restart }));
       const parts = errors ? [notUsed] : [notUsed, again];
-      if (notice.lastChild !== parts.at(-1)) notice.replaceChildren(...parts); // else it is told anew, and a press of the button goes on
+      if (notice.lastChild !== parts.at(-1)) notice.replaceChildren(...parts); // else a screen reader would read it again, and a press of the button would be lost
     }
   }
 

@@ -1,6 +1,6 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { canBeStopped, isEnding, NO_RUN, request, stop, why } from "../api.js";
+import { canBeStopped, isEnding, NO_RUN, request, shownName, stop, why } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { put } from "../elements.js";
 import { t, tn } from "../texts.js";
@@ -43,7 +43,8 @@ function words() {
   if (isEnding(run.phase)) return t("{book} is being stopped.", run);
   const minutes = Math.max(0, Math.round((Date.now() / 1000 - run.since) / 60));
   const time = minutes < 1 ? t("less than a minute") : tn("a minute", "{n} minutes", { n: minutes });
-  return run.participant ? t("{by} has been running {book} with {participant} for {time}.", { ...run, time }) : t("{by} has been running {book} for {time}.", { ...run, time });
+  const told = { ...run, by: shownName(run.by), time };
+  return run.participant ? t("{by} has been running {book} with {participant} for {time}.", told) : t("{by} has been running {book} for {time}.", told);
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);
